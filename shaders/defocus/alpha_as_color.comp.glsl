@@ -1,9 +1,9 @@
-// Copies the plate's alpha into a picture of its own, so that it is defocused like colour.
+// Copies the plate's alpha into a picture of its own, so that it can be defocused like color.
 //
 // Input
-//   color_tx        a alpha
+//   color_tx        the plate: a alpha
 // Output
-//   out_color_img   alpha in rgb
+//   out_color_img   rgb the alpha, the same in all three channels; a 1
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

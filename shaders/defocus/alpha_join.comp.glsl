@@ -1,9 +1,9 @@
-// Copies the defocused alpha into the alpha of the defocused picture.
+// Copies the defocused alpha (alpha_as_color.comp.glsl) into the alpha of the defocused picture.
 //
 // Input
-//   alpha_tx        r alpha
-// Output
-//   color_img       a written, rgb kept
+//   alpha_tx        r defocused alpha
+// In and out
+//   color_img       a receives the alpha, limited to 0..1; rgb is kept
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -1,9 +1,9 @@
-// Converts depth to the signed circle of confusion, see lib/coc.lib.glsl.
+// Converts depth to the signed circle of confusion (coc), see lib/coc.lib.glsl.
 //
 // Input
-//   depth_tx     planar depth in metres, infinity where nothing was hit
+//   depth_tx     r planar depth in meters, infinity where nothing was hit
 // Output
-//   out_coc_img  diameter in pixels, negative in front of the focus plane
+//   out_coc_img  r diameter in pixels, negative in front of the focus plane, at most COC_MOST_PX either way
 
 #include "lib/coc.lib.glsl"
 

@@ -1,9 +1,11 @@
-// Shifts a plate's own circle of confusion to the focus of another colour.
+// Copies the circle of confusion (coc) of a plate that stores it in place of depth, and adds a constant shift: that
+// of the focus of another color.
 //
-// Input
-//   coc_tx       diameter in pixels, negative in front of the focus plane
+// Inputs
+//   coc_tx       r signed coc: diameter in pixels, negative in front of the focus plane
+//   shift_px     the shift, pixels of coc; 0 for a plain copy
 // Output
-//   out_coc_img  coc_tx plus shift_px
+//   out_coc_img  r coc_tx plus shift_px
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -1,10 +1,11 @@
-// Copies some channels of one picture into another, where each colour is blurred separately.
+// Copies some channels of one picture into another. It is used where each color is blurred separately: the results
+// are put together channel by channel.
 //
 // Inputs
 //   picture_tx     rgba
-//   taken          1 for each channel that is copied
+//   taken          for each of the four channels: 1 to copy it, 0 to leave it
 // In and out
-//   out_color_img  rgba; its other channels stay
+//   out_color_img  rgba; the channels that are not copied stay
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -1,8 +1,10 @@
-// Makes the picture black outside the active tiles of the farthest layer. That layer is composited first and
-// replaces whatever is in its own tiles.
+// Makes the picture black outside the active tiles of the farthest layer. Inside these tiles nothing needs to be
+// cleared: that layer is composited first, and replaces whatever is there.
 //
+// Input
+//   lib/tile_mask.lib.glsl   the active tiles of the farthest layer
 // Output
-//   out_color_img   rgb so far: 0; a 1
+//   out_color_img   rgb 0, a 1 outside the active tiles
 
 #include "lib/tile_mask.lib.glsl"
 

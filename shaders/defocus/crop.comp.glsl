@@ -1,10 +1,13 @@
 // Crops a picture, and reduces the crop by the factor `fine`.
 //
-// Input
-//   from_tx   the whole picture
+// Inputs
+//   from_tx      rgba of the whole picture
+//   origin       first pixel of the crop
+//   fine         side of the square of source pixels that becomes one pixel
+//   light_scale  factor for rgb
 // Output
-//   out_img   the part whose first pixel is `origin`, each pixel the mean of `fine` x `fine`, rgb times
-//             `light_scale`
+//   out_img      the crop, from its first pixel to the size of the image: each pixel is the mean of `fine` x `fine`
+//                source pixels, with rgb times `light_scale`
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -1,14 +1,14 @@
-// Composites a picture that was blurred on its own over its sharp ground.
+// Composites a picture that was blurred on its own, with alpha, over its ground, which stays sharp.
 //
 // Input
-//   ground_tx   rgb, a alpha, both premultiplied
-// Output
-//   color_img   rgb, a alpha (read and written)
+//   ground_tx   rgb, a alpha, premultiplied
+// In and out
+//   color_img   rgb, a alpha, premultiplied: the blurred picture, then the same over the ground
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D ground_tx;
-uniform bool is_opaque;  // alpha is exactly 1
+uniform bool is_opaque;  // the result is opaque: alpha is set to exactly 1
 layout(rgba32f) uniform image2D color_img;
 
 void main() {

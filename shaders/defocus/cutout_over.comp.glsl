@@ -1,12 +1,14 @@
-// Composites the part of a picture that a matte keeps sharp over the layers behind it.
+// Composites the cutout, which is the part of a picture that a matte keeps sharp, over the layers behind it. The pass
+// runs once for each layer, with the range of coc whose cutout pixels come next, or once on top of the finished
+// picture.
 //
-// Inputs
-//   cutout_tx       rgb times its share of the pixel, a the share
-//   cutout_alpha_tx the same with the plate's alpha as its light, used on top
-//   cutout_coc_tx   signed coc at its depth in pixels, which decides its layer
-//   coc_tx          signed coc of the picture without it
-// Output
-//   out_color_img   rgb so far (read and written); alpha stays, but on top
+// Inputs (coc: signed circle of confusion, diameter in pixels, negative in front of the focus)
+//   cutout_tx       rgb of the cutout times its share of the pixel, a the share
+//   cutout_alpha_tx r the plate's alpha in the cutout times the same share; used only on top
+//   cutout_coc_tx   r coc at the depth of the cutout, which decides between which layers it lies
+//   coc_tx          r coc of the picture without the cutout
+// In and out
+//   out_color_img   rgb of the picture so far, then with the cutout; a stays, except that on top it receives the alpha
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -14,7 +16,7 @@ uniform sampler2D cutout_tx;
 uniform sampler2D cutout_alpha_tx;
 uniform sampler2D cutout_coc_tx;
 uniform sampler2D coc_tx;
-uniform vec2 ends_px;     // the range of coc that is composited now
+uniform vec2 ends_px;     // only cutout pixels with a coc from x to below y are composited now
 uniform bool is_on_top;   // composite all that is not behind the picture, and write alpha
 layout(rgba32f) uniform image2D out_color_img;
 

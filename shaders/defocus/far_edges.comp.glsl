@@ -1,12 +1,16 @@
-// Finds the edges of surfaces behind the focus in front of surfaces with another blur, and their
-// reach.
+// Finds the edges between surfaces of different blur behind the focus, and how far each edge reaches.
+//
+// Behind the focus, the picture is computed in two ways: in layers, and as the mean of views through parts of the
+// lens opening (far_view.comp.glsl). The mean of the views replaces the layers in zones around such edges
+// (far_over.comp.glsl). This pass gives the edges, and far_zone.comp.glsl spreads them into zones.
 //
 // Inputs
-//   lib/far_fragments.lib.glsl
-//   part_scale   diameter of a part of the lens over that of the lens
+//   lib/far_fragments.lib.glsl   the surfaces behind the focus; coc is their diameter of blur in pixels
+//   part_scale   diameter of a part of the lens over that of the whole lens
 // Output
-//   out_zone_img   for each block of FAR_BLOCK x FAR_BLOCK pixels the square of the reach in pixels, 0 or
-//                  less for none: r of wide surfaces, g of surfaces so thin that layers are more accurate
+//   out_zone_img   for each block of FAR_BLOCK x FAR_BLOCK pixels the square of the reach in pixels, 0 or less if no
+//                  edge is in the block: r reach of the edges of wide surfaces, g of edges of surfaces so thin that
+//                  layers are more accurate there
 
 #include "lib/far_fragments.lib.glsl"
 
@@ -23,18 +27,18 @@ layout(rg32f) uniform writeonly image2D out_zone_img;
 #define WIDE_PX 5             // width in pixels from which a surface is wide
 #define FULL_FROM 1.25        // multiple of a limit at which a zone has its whole reach
 
-// Weight of a value that has passed a limit, 0 to 1. It is 0 at the limit: nothing appears suddenly
-// while the lens or the focus moves.
+// Weight, 0 to 1, of a value that has passed a limit. It is 0 at the limit itself and rises smoothly, so that no zone
+// appears suddenly while the lens or the focus moves.
 float weight_past(float limit, float value) {
     return limit > 0.0 ? smoothstep(limit, FULL_FROM * limit, value) : 1.0;
 }
 
-// Weight of a difference in blur as a step between two surfaces, 0 to 1.
+// Degree, 0 to 1, to which two neighbors with the coc `coc` and `other` belong to different surfaces.
 float step_between(float coc, float other, float least_step) {
     return weight_past(max(least_step, LEAST_STEP_PART * part_scale * max(coc, other)), abs(coc - other));
 }
 
-// 1 if the surface continues for WIDE_PX pixels, 0 if there is a step before.
+// 1 if the surface at a pixel continues for WIDE_PX pixels along a direction, 0 if there is a step before that.
 float width_along(ivec2 at, ivec2 direction, float coc) {
     float wide = 1.0;
     for (int k = 1; k < WIDE_PX; ++k)
@@ -42,9 +46,10 @@ float width_along(ivec2 at, ivec2 direction, float coc) {
     return wide;
 }
 
-// Reach of the edge between a pixel and the next one: that of wide surfaces, and of thin ones.
+// Reach in pixels of the edge between a pixel and the next one along a direction: x as the edge of a wide surface, y
+// as that of a thin one; -1 if there is no edge.
 vec2 reach_between(ivec2 at, float coc, ivec2 direction) {
-    float other = far_coc_at(at + direction), nearest = min(coc, other);
+    float other = far_coc_at(at + direction), nearest = min(coc, other);  // behind the focus the nearer coc is smaller
     float reach = weight_past(nearest_px, nearest) * step_between(coc, other, LEAST_STEP_PX);
     if (nearest <= 0.0 || reach <= 0.0) return vec2(-1.0);
     reach *= max(coc, other) / 2.0 + MARGIN_PX;
@@ -65,5 +70,5 @@ void main() {
             reach = max(reach, reach_between(at, coc, ivec2(1, 0)));
             reach = max(reach, reach_between(at, coc, ivec2(0, 1)));
         }
-    imageStore(out_zone_img, block, vec4(reach * abs(reach), 0.0, 0.0));
+    imageStore(out_zone_img, block, vec4(reach * abs(reach), 0.0, 0.0));  // squared, but with its sign
 }

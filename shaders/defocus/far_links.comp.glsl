@@ -1,16 +1,19 @@
-// Moves every surface behind the focus to its position in the view of one part of the lens, and
-// adds it to the list of that pixel. A surface just behind one that covers the same pixel is hidden
-// from every part, and is left out: together they would look like one surface of their mean color.
+// Moves every surface behind the focus to its position in the view through one part of the lens, and adds it to the
+// list of the cell that it reaches there. far_view.comp.glsl draws the view from these lists. A surface just behind
+// one that covers the same pixel is hidden from every part, and is left out: together they would look like one surface
+// of their mean color.
 //
 // Inputs
-//   coc_tx    signed coc, pixels
-//   lib/far_fragments.lib.glsl
-//   lib/lens_part.lib.glsl
-//   lib/tile_mask.lib.glsl   the tiles in which the lists are read
+//   coc_tx    r signed coc (circle of confusion, diameter in pixels, negative in front of the focus)
+//   lib/far_fragments.lib.glsl   the surfaces: fragments of lists, and pixels of the picture, with one numbering
+//   lib/lens_part.lib.glsl       the part of the lens
+//   lib/tile_mask.lib.glsl       the tiles in which the lists are read
 // Outputs
-//   head_buf  last surface of each pixel's list, plus 1; 0 for none. Has one row and one column more than the
-//             picture has: cell (x, y) lists the surfaces between the pixels x - 1, y - 1 and x, y
-//   link_buf  for each surface: the previous one of its list plus 1, and its position between the pixels
+//   head_buf  for each cell the last surface of its list, plus 1; 0 for an empty list. A cell is the square between
+//             four neighboring pixel centers: cell (x, y) lists the surfaces between the pixels (x - 1, y - 1) and
+//             (x, y). There is one row and one column of cells more than there are of pixels
+//   link_buf  for each surface: x the previous surface of its list plus 1, or 0; y its position inside the cell, two
+//             values from 0 to 1, packed
 
 #include "lib/far_fragments.lib.glsl"
 #include "lib/lens_part.lib.glsl"
@@ -30,7 +33,7 @@ bool is_read(ivec2 cell) {
     return is_active(low) || is_active(high) || is_active(ivec2(low.x, high.y)) || is_active(ivec2(high.x, low.y));
 }
 
-// Adds a surface to the list of the cell that it moves to.
+// Adds the surface number `index`, of the pixel `at`, to the list of the cell that it moves to.
 void link(uint index, ivec2 at, float coc) {
     if (coc <= least_px) return;
     vec2 view_position = vec2(at) + coc * lens_part_at(at, textureSize(coc_tx, 0)).xy;
@@ -44,9 +47,9 @@ void link(uint index, ivec2 at, float coc) {
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
-    List list = list_at(at);
+    List list = list_at(at);  // near to far
     float cover_dioptres = BEFORE_ALL;  // dioptres of the last surface that covers the pixel
-    if (!list.has_front) {
+    if (!list.has_front) {  // the visible surface is not in the list: it is the pixel itself
         float coc = texelFetch(coc_tx, at, 0).r;
         link(front_index(at), at, coc);
         cover_dioptres = dioptres_of(coc);

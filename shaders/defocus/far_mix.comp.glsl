@@ -1,10 +1,11 @@
-// Mixes the picture whose far field is blurred in parts of the lens with the one blurred in layers alone.
+// Mixes the picture whose far field is blurred in parts of the lens with the one blurred in layers alone. While the
+// far field fades in, this keeps its start from jumping.
 //
 // Inputs
-//   without_tx      rgb of the layers alone
-//   growth          share of the picture with the far field, 0 to 1
-// Output
-//   out_color_img   rgb (read and written)
+//   without_tx      rgb of the picture blurred in layers alone
+//   growth          weight of the picture with the far field, 0 to 1
+// In and out
+//   out_color_img   rgb of the picture with the far field, then the mix; a is kept
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

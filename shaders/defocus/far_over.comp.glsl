@@ -1,11 +1,14 @@
-// Replaces the layers behind the focus, within soft-edged zones, by the mean of the views of the parts.
+// Replaces the layers behind the focus by the mean of the views through the parts of the lens, within zones that have
+// soft edges.
 //
 // Inputs
-//   sum_tx          rgb times the known share, and the known share
-//   zone_tx         reach^2 - distance^2, see far_zone, one texel for FAR_BLOCK x FAR_BLOCK pixels: r of wide
-//                   surfaces, which are replaced, g of thin ones, which are not
-// Output
-//   out_color_img   rgb (read and written)
+//   sum_tx          sum over the parts (far_sum.comp.glsl): rgb times the known share, a the known share, which is the
+//                   share of the light for which some view shows a surface
+//   zone_tx         reach^2 - distance^2 in pixels^2 (far_zone.comp.glsl), above 0 in a zone, one texel for FAR_BLOCK x
+//                   FAR_BLOCK pixels: r zones of wide surfaces, which are replaced, g zones of thin surfaces, in which
+//                   the layers stay
+// In and out
+//   out_color_img   rgb of the layers, then with the zones replaced; a is kept
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -13,10 +16,11 @@ uniform sampler2D sum_tx;
 uniform sampler2D zone_tx;
 layout(rgba32f) uniform image2D out_color_img;
 
-// Share of a block that is in a zone, by reach^2 - distance^2 of the edges around it.
+// Share of a block that is in a zone, 0 to 1, from reach^2 - distance^2 of the edges around it.
 float share_of(float excess_px_2) { return clamp(excess_px_2 / FAR_WHOLE_PX_2, 0.0, 1.0); }
 
-// Share of the zones under a tent filter three blocks wide.
+// Weight of the views at a pixel, 0 to 1: the mean over the blocks around it, weighted by a tent that
+// reaches two blocks to each side.
 float zone_at(ivec2 at) {
     vec2 position = (vec2(at) + 0.5) / float(FAR_BLOCK) - 0.5;
     ivec2 low = ivec2(floor(position)) - 1, last = textureSize(zone_tx, 0) - 1;

@@ -1,13 +1,14 @@
-// Adds the blurred view of a part of the lens to the sum of all, and empties the lists of far_links.
+// Adds the blurred view through a part of the lens to the sum of all parts, and empties the lists of
+// far_links.comp.glsl for the next part.
 //
 // Inputs
-//   view_tx   rgb times the known share, and the known share
-//   lib/lens_part.lib.glsl
+//   view_tx   blurred view: rgb times the known share, a the known share
+//   lib/lens_part.lib.glsl   has the part's share of the light
 //   lib/tile_mask.lib.glsl   the tiles that have a view
-//   begins    the sum is set to 0, and no view is added
+//   begins    true before the first part: the sum is only set to 0, and no view is added
 // Outputs
-//   sum_img   the sum (read and written)
-//   head_buf  0
+//   sum_img   rgba, the sum of the views times their share of the light (read and written)
+//   head_buf  0 for all cells; it has one row and one column more than the picture
 
 #include "lib/lens_part.lib.glsl"
 #include "lib/tile_mask.lib.glsl"

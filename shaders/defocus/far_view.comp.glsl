@@ -1,14 +1,18 @@
-// Draws the view of one part of the lens behind the focus: the surfaces that have moved to each
-// pixel are composited near to far. Surfaces at about the same depth add up to one.
+// Draws the view through one part of the lens, of what is behind the focus: the surfaces that have moved to each pixel
+// (far_links.comp.glsl) are composited near to far. Surfaces at about the same depth add up to one.
+//
+// A later pass blurs the view with the disc of the part. A moved surface lies between four pixels, and counts in each
+// of them with its bilinear weight. The known share of a pixel is the share that its surfaces cover.
 //
 // Inputs
-//   lib/far_fragments.lib.glsl
-//   head_buf, link_buf   see far_links
-//   lib/lens_part.lib.glsl
-//   lib/tile_mask.lib.glsl   the tiles in which the view is needed
+//   lib/far_fragments.lib.glsl   the surfaces, by number; coc is their diameter of blur in pixels
+//   head_buf, link_buf           the lists of the cells between pixels, see far_links.comp.glsl
+//   lib/lens_part.lib.glsl       the part of the lens
+//   lib/tile_mask.lib.glsl       the tiles in which the view is needed
 // Outputs
 //   out_view_img   rgb, a 1; all 0 where nothing is known
-//   out_coc_img    diameter of the part's disc, pixels; where nothing is known, that of the pixel's own surface
+//   out_coc_img    r diameter of the part's disc in pixels: that of the most visible surface, or, where nothing is
+//                  known, of the pixel's own surface
 
 #include "lib/far_fragments.lib.glsl"
 #include "lib/lens_part.lib.glsl"
@@ -28,12 +32,14 @@ layout(r32f) uniform writeonly image2D out_coc_img;
 #define LEAST_SHARE 1e-4     // smaller shares of a pixel are ignored
 #define LEAST_KNOWN 0.02     // least known share of a pixel with a view
 
-uint numbers[SURFACES_MAX];
+// The surfaces of the pixel, near to far.
+uint numbers[SURFACES_MAX];   // their numbers in lib/far_fragments.lib.glsl
 vec2 surfaces[SURFACES_MAX];  // coc and share of the pixel
-int count;
+int count;                    // how many there are
 
-// Inserts a surface into the list of the pixel, near to far. Equal ones are in the order of their
-// numbers, because the sum must not depend on the order in which they were linked.
+// Inserts a surface into the list of the pixel, near to far; if the list is full, the farthest is dropped. Surfaces of
+// the same coc are in the order of their numbers, because the sum must not depend on the order in which they were
+// linked.
 void keep_surface(uint number, float coc, float share) {
     int slot = min(count, SURFACES_MAX - 1);
     bool is_later = count < SURFACES_MAX || coc < surfaces[slot].x || coc == surfaces[slot].x && number < numbers[slot];
@@ -49,7 +55,8 @@ void keep_surface(uint number, float coc, float share) {
     numbers[slot] = number;
 }
 
-// Inserts all surfaces of a cell, with their shares of the pixel.
+// Inserts all surfaces of a cell, with their shares of the pixel. `is_before` tells for x and y whether the cell lies
+// before the pixel, or after it.
 void keep_cell(ivec2 cell, bvec2 is_before) {
     ivec2 cells = textureSize(coc_tx, 0) + 1;
     for (uint link = head_buf[cell.y * cells.x + cell.x]; link != 0u; link = link_buf[link - 1u].x) {
@@ -62,12 +69,12 @@ void keep_cell(ivec2 cell, bvec2 is_before) {
 }
 
 struct View {
-    vec4 light;    // rgb and the known share
+    vec4 light;   // rgb times the known share so far, a that share
     float coc;    // coc of the most visible surface
     float largest_share;   // share of that surface
 };
 
-// Composites a surface behind the view so far.
+// Composites a surface (rgb times its share of the pixel, a the share) behind the view so far.
 void put_behind(inout View view, vec4 surface, float coc) {
     float cover = min(surface.a * GAIN, 1.0) * (1.0 - view.light.a);
     view.light += cover * vec4(surface.rgb / max(surface.a, LEAST_SHARE), 1.0);
@@ -78,8 +85,8 @@ void put_behind(inout View view, vec4 surface, float coc) {
 // Composites the surfaces of the pixel near to far.
 View composite_surfaces() {
     View view = View(vec4(0.0), 0.0, 0.0);
-    vec4 surface = vec4(0.0);
-    float first_coc = 0.0, dioptres = 0.0;
+    vec4 surface = vec4(0.0);  // the sum of surfaces at about one depth: rgb times share, a share
+    float first_coc = 0.0, dioptres = 0.0;  // of the first of these
     for (int k = 0; k < count; ++k) {
         float own_dioptres = dioptres_of(surfaces[k].x);
         float tolerance = surface.a > WHOLE ? SAME_IF_WHOLE : SAME_SURFACE;

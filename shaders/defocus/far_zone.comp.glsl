@@ -1,10 +1,14 @@
-// Spreads zones along rows or columns: the largest reach^2 - distance^2. Rows and columns together give the
-// exact result.
+// Spreads the edges of far_edges.comp.glsl into zones, along rows or along columns: each block receives the largest
+// reach^2 - distance^2 of the edges around it. Because these are squares, one pass along the rows and then one along
+// the columns give the exact result, with round zones.
 //
-// Input
-//   zone_tx        for each block the square of the reach in pixels, less the squared distance covered
+// Inputs
+//   zone_tx        for each block, in pixels^2, the squared reach of its edges, or that less the squared distance
+//                  along the rows: r of wide surfaces, g of thin ones
+//   along          direction: (1, 0) or (0, 1)
+//   reach_blocks   distance in blocks beyond which no edge reaches
 // Output
-//   out_zone_img   the same, spread: above 0 in a zone (far_over)
+//   out_zone_img   rg as in zone_tx, spread: above 0 in a zone (far_over.comp.glsl)
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -1,11 +1,13 @@
-// Counts the surfaces in each of DEPTH_BINS even bins of dioptres, less the focus offset at their pixel: with
-// these dioptres, a lens with a tilted focus plane blurs like one without a tilt.
+// Makes a histogram of the depths in a picture: counts the surfaces in each of DEPTH_BINS equal bins of effective
+// dioptres. These are the dioptres (1 / meters) of a surface plus the focus offset at its pixel: with them, a lens
+// with a tilted focus plane blurs like one without a tilt.
 //
 // Inputs
-//   depth_tx    planar metres
-//   with LISTS, lib/fragment_list.lib.glsl with a fragment_line of (0, 1), so that its coc is dioptres
+//   depth_tx    r planar meters
+//   low, per_step   dioptres at which the first bin begins, and bins for each dioptre
+//   with LISTS, lib/fragment_list.lib.glsl, where a fragment_line of (0, 1) makes the coc of a fragment its dioptres
 // Output
-//   count_buf   zeros before the pass
+//   count_buf   surfaces in each bin; zeros before the pass
 
 #include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
@@ -15,10 +17,11 @@
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D depth_tx;
-uniform float low;       // of the first bin
-uniform float per_step;  // bins a dioptre
+uniform float low;       // dioptres at the start of the first bin
+uniform float per_step;  // bins for each dioptre
 layout(std430) buffer count_block { uint count_buf[DEPTH_BINS]; };
 
+// Counts one surface; dioptres outside all bins go into the first or the last.
 void count(float dioptres) {
     atomicAdd(count_buf[clamp(int((dioptres - low) * per_step), 0, DEPTH_BINS - 1)], 1u);
 }

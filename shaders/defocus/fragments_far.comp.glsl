@@ -1,15 +1,23 @@
-// Splits each far rim pixel into two fragments. The far color comes from the far side alone, the
-// near color from nearer neighbors, and the coverage from the position of the pixel's color between
+// Splits each far rim pixel into two fragments. The far color comes from pixels of the far surface alone, the near
+// color from nearer neighbors. The coverage of the near fragment follows from where the pixel's color lies between
 // both.
 //
+// Words (lib/kind.lib.glsl): at a silhouette, a far rim pixel is one whose depth sample hit the far surface while the
+// color of the nearer surface is mixed in; a near rim pixel is one whose sample hit the near surface while the color of
+// the farther one shines through. A fragment is one of the two surfaces in such a pixel, with its own color, coverage
+// (share of the pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
+//
 // Inputs
-//   color_tx, coc_tx, kind_tx, two lists    as fragments_find.comp.glsl leaves them
-//   with LISTS: fragment lists, which know the far surface also behind its nearer neighbours
-// Read on the near rim, as fragments_own.comp.glsl leaves them; written on the far rim
-//   far_img       rgb of the far fragment, a coverage of the near one
-//   near_img      rgb of the near fragment, a its signed coc
-// Output (far rim only)
-//   thin list     the rims that may be those of hair
+//   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
+//   two lists     as fragments_find.comp.glsl leaves them: far rims in front, near rims in the back
+//   with LISTS: fragment lists, which know the far surface also behind its nearer neighbors
+// In and out; near rim pixels are only read, far rim pixels only written
+//   far_img       near rim, before: rgb own color, a OWN_FOUND if there is one (fragments_own.comp.glsl)
+//                 far rim, after: rgb of the far fragment, a coverage of the near fragment
+//   near_img      near rim, before: rgb rounding error of the own color, to be added to it
+//                 far rim, after: rgb of the near fragment, a its coc
+// Output
+//   pixel list    the far rims that may be those of hair (fragments_thin.comp.glsl)
 
 #include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
@@ -24,15 +32,15 @@ layout(local_size_x = PIXELS_PER_GROUP) in;
 
 layout(rgba16f) uniform image2D far_img;
 layout(rgba16f) uniform image2D near_img;
-#define FAR_RIM_WEIGHT 0.1  // weight of a near neighbour that is itself a far rim
-#define MOST_COVERAGE 0.5   // largest coverage: depth is sampled at the pixel's centre and missed the near surface
-#define KNOWN_FROM_PX 1.5   // least coc for the use of lists; with less blur, visible neighbours suffice
+#define FAR_RIM_WEIGHT 0.1  // weight of a near neighbor that is itself a far rim
+#define MOST_COVERAGE 0.5   // largest coverage: depth is sampled at the pixel's center and missed the near surface
+#define KNOWN_FROM_PX 1.5   // least coc for the use of lists; with less blur, visible neighbors suffice
 #define LEAST_SHARE 0.02    // least coverage to divide by (THIN in lib/layer.lib.glsl)
 #define FAR_SIDE 5          // side of the searched square in pixels: across a wire's far rim to an unmixed pixel
 
 #ifdef LISTS
-// Compressed color of the far surface where a nearer pixel hides it; a = its weight, 0 if it is not
-// listed. The loop is a `do ... while`, which costs less on Mesa's llvmpipe (shaders/README.md).
+// Compressed color (lib/tone.lib.glsl) of the far surface with the coc `coc` where a nearer pixel hides it; a its
+// weight, 0 if it is not listed. The loop is a `do ... while`, which costs less on Mesa's llvmpipe (shaders/README.md).
 vec4 known_behind(ivec2 at, float coc) {
     List list = list_at(at);
     vec4 weighted_color = vec4(0.0);
@@ -49,12 +57,13 @@ vec4 known_behind(ivec2 at, float coc) {
 #endif
 
 struct FarSide {
-    vec3 mean;       // compressed
+    vec3 mean;       // compressed color
     float variance;
     float weight;    // 0 if nothing was found
 };
 
-// Adds a color, a = its weight, to the sums, with a weight that falls with distance^6.
+// Adds a color (a is its weight) to the sums of weighted colors and of weighted squared colors. The weight is
+// divided by distance^6.
 void add_sample(inout vec4 sum, inout vec3 squares, vec4 weighted_color, ivec2 pixel_offset) {
     float distance_2 = float(pixel_offset.x * pixel_offset.x + pixel_offset.y * pixel_offset.y);
     weighted_color.a /= distance_2 * distance_2 * distance_2;
@@ -65,8 +74,8 @@ void add_sample(inout vec4 sum, inout vec3 squares, vec4 weighted_color, ivec2 p
 // The offset of pixel i of the searched square from its center.
 ivec2 offset_of(int i) { return ivec2(i % FAR_SIDE, i / FAR_SIDE) - FAR_SIDE / 2; }
 
-// Mean of the unmixed pixels around on the far surface. Weights fall so steeply that the next ones
-// in the row and column decide: detail of the far side is kept.
+// Mean color of the unmixed pixels around that show the far surface, whose coc is `coc`. Weights fall so steeply with
+// distance that the nearest pixels in the row and column decide: detail of the far side is kept.
 FarSide far_side(ivec2 at, float coc) {
     vec4 sum = vec4(0.0);
     vec3 squares = vec3(0.0);
@@ -101,7 +110,8 @@ float nearest_around(ivec2 at, float coc) {
     return nearest;
 }
 
-// Mean colour of the neighbours on the nearest surface; a its mean coc.
+// Mean color of the neighbors on the nearest surface; a its mean coc. Far rims among them count less, because their
+// color is mixed.
 vec4 near_side(ivec2 at, float coc) {
     float nearest = nearest_around(at, coc);
     vec4 sum = vec4(0.0);
@@ -121,8 +131,8 @@ vec4 near_side(ivec2 at, float coc) {
     return sum / weights;
 }
 
-// Half the share of nearer neighbors under a box filter: 1/8 beside a straight edge, which is the
-// mean true coverage there.
+// Expected coverage of a far rim pixel from depth alone: half the share of nearer neighbors under a box filter. Beside
+// a straight edge this is 1/8, which is the mean true coverage there.
 float outline_coverage(ivec2 at, float coc) {
     float nearer = 0.0;
     for (int k = 0; k < 9; ++k)
@@ -130,12 +140,13 @@ float outline_coverage(ivec2 at, float coc) {
     return nearer;
 }
 
+// Splits a listed far rim pixel into its two fragments.
 void split_far(uint word) {
     ivec2 at = pixel_of_word(word);
     set_center(at);
     float coc = coc_at(at);
     if (ends_beside(at, coc)) list_append(at);
-    vec3 x = color_at(at), far = x;
+    vec3 x = color_at(at), far = x;  // x is the mixed color of the pixel
     FarSide unmixed = far_side(at, coc);
     vec4 near = near_side(at, coc);
     if (unmixed.weight > 0.0) far = expand_light(unmixed.mean);

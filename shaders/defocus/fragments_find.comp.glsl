@@ -1,10 +1,17 @@
-// Finds both sides of each silhouette: anti-aliasing has mixed colours there, and depth is one sample.
+// Finds the pixels on both sides of each silhouette. Anti-aliasing has mixed the colors of two surfaces there, but
+// depth is a single sample.
+//
+// Words (lib/kind.lib.glsl): at a silhouette, a far rim pixel is one whose depth sample hit the far surface while the
+// color of the nearer surface is mixed in; a near rim pixel is one whose sample hit the near surface while the color of
+// the farther one shines through. A fragment is one of the two surfaces in such a pixel, with its own color, coverage
+// (share of the pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
 //
 // Inputs
-//   coc_tx        signed circle of confusion, diameter in pixels
+//   coc_tx        r coc
+//   with LISTS: fragment lists (lib/fragment_list.lib.glsl)
 // Outputs
-//   out_kind_img  the kind, see lib/kind.lib.glsl
-//   two lists     far rims in front, near rims in the back
+//   out_kind_img  r the kind of the pixel, see lib/kind.lib.glsl; with LISTS g a coc just in front of its list
+//   two lists     the front list receives the far rims, the back list the near rims (lib/two_lists.lib.glsl)
 
 #include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
@@ -19,16 +26,15 @@ uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 
 #ifdef LISTS
 layout(rg16f) uniform writeonly image2D out_kind_img;
-uniform bool is_measured;  // the lists have the coverage of every silhouette
+uniform bool is_measured;  // the lists hold the measured coverage of every silhouette
 
-// Bits of those `neighbours` whose surfaces all come from lists; all of them if this pixel's
-// surfaces do. The loop is a `do ... while`, which costs less on Mesa's llvmpipe
-// (shaders/README.md).
+// Returns those bits of `neighbours` whose pixels have all their surfaces in lists; all bits if this pixel has. The
+// loop is a `do ... while`, which costs less on Mesa's llvmpipe (shaders/README.md).
 uint listed_of(ivec2 at, uint neighbours) {
     if (is_measured || list_at(at).has_front) return neighbours;
     uint listed = 0u;
     do {
-        int k = findLSB(neighbours | 1u << 9);
+        int k = findLSB(neighbours | 1u << 9);  // 9, a bit that no neighbor has, if none is left
         listed |= uint(list_at(neighbour(at, k)).has_front) << k;
         neighbours &= neighbours - 1u;
     } while (neighbours != 0u);
@@ -47,7 +53,7 @@ void store(ivec2 at, float kind) {
 }
 #else
 layout(r16f) uniform writeonly image2D out_kind_img;
-uint listed_of(ivec2 at, uint neighbours) { return 0u; }
+uint listed_of(ivec2 at, uint neighbours) { return 0u; }  // without lists, no pixel is listed
 void store(ivec2 at, float kind) { imageStore(out_kind_img, at, vec4(kind)); }
 #endif
 
@@ -56,13 +62,13 @@ void main() {
     if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
     set_center(at);
     float coc = coc_at(at);
-    uint nearer = 0u, farther = 0u;  // bits of neighbours
+    uint nearer = 0u, farther = 0u;  // bit k is set if neighbor k is in front of this pixel, or behind it
     for (int k = 0; k < 9; ++k) {
         float other = coc_at(neighbour(at, k));
         nearer |= uint(is_in_front(other, coc)) << k;
         farther |= uint(is_in_front(coc, other)) << k;
     }
-    uint listed = listed_of(at, nearer | farther);
+    uint listed = listed_of(at, nearer | farther);  // a silhouette between listed surfaces needs no unmixing
     float kind = (nearer & ~listed) != 0u ? FAR_RIM : (farther & ~listed) != 0u ? NEAR_RIM : WHOLE;
     if (kind != WHOLE) append_word(kind == FAR_RIM, uint(at.y) << 16 | uint(at.x), 1);
     store(at, kind);

@@ -1,11 +1,20 @@
 // Removes from each near rim pixel the light that shines through it from behind.
 //
+// Words (lib/kind.lib.glsl): at a silhouette, a far rim pixel is one whose depth sample hit the far surface while the
+// color of the nearer surface is mixed in; a near rim pixel is one whose sample hit the near surface while the color of
+// the farther one shines through. A fragment is one of the two surfaces in such a pixel, with its own color, coverage
+// (share of the pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
+//
 // Inputs
-//   color_tx, coc_tx, kind_tx, two lists    as fragments_find.comp.glsl leaves them
+//   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
+//   two lists     as fragments_find.comp.glsl leaves them: far rims in front, near rims in the back
 //   with LISTS: fragment lists, which may know what shines through
-// Read on the far rim, and on the near rim as fragments_own.comp.glsl leaves it; written on the near rim
-//   far_img       far rim: rgb far fragment; near rim: rgb own colour, a its coverage
-//   near_img      near rim: a signed coc of the light that shines through
+// In and out; far rim pixels are only read, near rim pixels read and written
+//   far_img       far rim, before: rgb of the far fragment (fragments_far.comp.glsl)
+//                 near rim, before: rgb own color, a OWN_FOUND if there is one (fragments_own.comp.glsl)
+//                 near rim, after: rgb own color, without the light from behind, a its coverage
+//   near_img      near rim, before: rgb rounding error of the own color, to be added to it
+//                 near rim, after: rgb 0, a coc of the surface that shines through
 
 #include "lib/two_lists.lib.glsl"
 #include "lib/rim.lib.glsl"
@@ -19,30 +28,32 @@ layout(local_size_x = PIXELS_PER_GROUP) in;
 layout(rgba16f) uniform image2D far_img;
 layout(rgba16f) uniform image2D near_img;
 
-#define LEAST_COVERAGE 0.5  // least coverage: depth is sampled at the pixel's centre and hit the near surface
+#define LEAST_COVERAGE 0.5  // least coverage: depth is sampled at the pixel's center and hit the near surface
 
-// Color of a farther neighbor, without the near surface.
+// Color of a farther neighbor, from which the near surface has been removed.
 vec3 far_color(ivec2 at) {
     return kind_at(at) == FAR_RIM ? imageLoad(far_img, at).rgb : color_at(at);
 }
 
-// Writes a pixel as it is, fully covered.
+// Writes a pixel with its mixed color x as it is, fully covered by its own surface.
 void store_unsplit(ivec2 at, vec3 x, float coc) {
     imageStore(far_img, at, vec4(min(x, HALF_MAX), 1.0));
     imageStore(near_img, at, vec4(vec3(0.0), coc));
 }
 
+// Splits a listed near rim pixel: its own color without the light from behind, and its coverage.
 void split_near(uint word) {
     ivec2 at = pixel_of_word(word);
     set_center(at);
     float coc = coc_at(at);
     vec4 unmixed = imageLoad(far_img, at);
+    // x is the mixed color of the pixel; the rounding error in near_img restores the own color in full.
     vec3 x = color_at(at), near = unmixed.rgb + imageLoad(near_img, at).rgb;
     if (unmixed.a != OWN_FOUND) {
         if (abs(coc) <= SPLIT_FROM_PX) store_unsplit(at, x, coc);  // fragments_thin.comp.glsl splits others
         return;
     }
-    vec4 far = vec4(0.0);  // mean of the farther neighbours: rgb, a = coc
+    vec4 far = vec4(0.0);  // mean of the farther neighbors: rgb, a = coc
     vec3 squares = vec3(0.0);
     float count = 0.0;
     for (int k = 0; k < 9; ++k) {
@@ -65,6 +76,7 @@ void split_near(uint word) {
 #endif
     float coverage = coverage_of(x, near, far.rgb, variance, own_outline(at, coc));
     coverage = clamp(coverage, LEAST_COVERAGE, 1.0);
+    // In focus the pixel keeps its mixed color, and covers in full.
     coverage = 1.0 - unmix_share(coc) * (1.0 - coverage);
     vec3 own = max((x - (1.0 - coverage) * far.rgb) / coverage, 0.0);
     imageStore(far_img, at, vec4(min(own, HALF_MAX), coverage));

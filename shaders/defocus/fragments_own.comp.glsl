@@ -1,13 +1,19 @@
-// Finds the color of each near rim pixel without the background, if its surface continues beside
-// the pixel or the surface behind it is known.
+// Finds the color of each near rim pixel without the background: from its surface beside the pixel, or, with LISTS,
+// from the known surface behind it. fragments_near.comp.glsl uses this color to split the pixel.
+//
+// Words (lib/kind.lib.glsl): at a silhouette, a far rim pixel is one whose depth sample hit the far surface while the
+// color of the nearer surface is mixed in; a near rim pixel is one whose sample hit the near surface while the color of
+// the farther one shines through. A fragment is one of the two surfaces in such a pixel, with its own color, coverage
+// (share of the pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
 //
 // Inputs
-//   color_tx, coc_tx, kind_tx, two lists    as fragments_find.comp.glsl leaves them
+//   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
+//   two lists     as fragments_find.comp.glsl leaves them: far rims in front, near rims in the back
 //   with LISTS: fragment lists, which may know what lies behind
-// Outputs (near rim only, for the passes up to fragments_near.comp.glsl)
-//   out_far_img   rgb own colour, a OWN_FOUND; 0 if there is none
-//   out_near_img  rgb the rounding error of that color in half floats
-//   thin list     the rims that may be those of hair
+// Outputs (near rim only; they hold until fragments_near.comp.glsl replaces them)
+//   out_far_img   rgb own color, a OWN_FOUND; a 0 if no color was found
+//   out_near_img  rgb own color less the own color as out_far_img stores it in half floats (the rounding error)
+//   pixel list    the rims without a color, which may be those of hair (fragments_thin.comp.glsl)
 
 #include "lib/two_lists.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
@@ -22,8 +28,8 @@ layout(rgba16f) uniform writeonly image2D out_far_img;
 layout(rgba16f) uniform writeonly image2D out_near_img;
 
 #ifdef LISTS
-// Finds the own color of a pixel if the light behind it is known, as for a wire, which has no
-// unmixed pixel.
+// Finds the own color of a pixel from the light behind it: a wire has no unmixed pixel to take it from. Returns false
+// if that light is not known.
 bool unmix_known_behind(ivec2 at, out vec3 color) {
     float coc = coc_at(at), coverage = own_outline(at, coc);
     Fragment behind;
@@ -33,6 +39,7 @@ bool unmix_known_behind(ivec2 at, out vec3 color) {
 }
 #endif
 
+// Finds and writes the own color of a listed near rim pixel.
 void find_own(uint word) {
     ivec2 at = pixel_of_word(word);
     set_center(at);
@@ -43,6 +50,7 @@ void find_own(uint word) {
 #endif
     if (!is_found && abs(coc_at(at)) > SPLIT_FROM_PX) list_append(at);
     own = min(own, HALF_MAX);
+    // in_half: the color as a half float image stores it.
     vec3 in_half = vec3(unpackHalf2x16(packHalf2x16(own.rg)), unpackHalf2x16(packHalf2x16(own.bb)).x);
     imageStore(out_far_img, at, vec4(in_half, is_found ? OWN_FOUND : 0.0));
     imageStore(out_near_img, at, vec4(own - in_half, 0.0));

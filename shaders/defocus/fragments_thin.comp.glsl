@@ -1,9 +1,16 @@
-// Unmixes the rims of hair before something bright (lib/thin.lib.glsl).
+// Splits the rims of hair in front of something bright. There, no pixel certainly shows one surface alone, and
+// lib/thin.lib.glsl finds both colors and the coverage. The result replaces that of the other passes in proportion to
+// its confidence.
+//
+// Words (lib/kind.lib.glsl): at a silhouette, a far rim pixel is one whose depth sample hit the far surface while the
+// color of the nearer surface is mixed in; a near rim pixel is one whose sample hit the near surface while the color of
+// the farther one shines through. A fragment is one of the two surfaces in such a pixel, with its own color, coverage
+// (share of the pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
 //
 // Inputs
-//   color_tx, coc_tx, kind_tx    as fragments_find.comp.glsl leaves them
-//   pixel list    the rims that may be those of hair, from fragments_own and fragments_far
-// Read and written on the far rim, written on the near rim
+//   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel, as fragments_find.comp.glsl leaves them
+//   pixel list    the rims that may be those of hair (fragments_own.comp.glsl, fragments_far.comp.glsl)
+// In and out; far rim pixels are read and written, near rim pixels only written
 //   far_img, near_img    as fragments_far.comp.glsl and fragments_near.comp.glsl write them
 
 #include "lib/pixel_list.lib.glsl"
@@ -19,10 +26,11 @@ layout(rgba16f) uniform image2D near_img;
 #define LEAST_SEEN 0.7           // visible share of a far surface behind hair from which it keeps its detail
 #define LEAST_THIN_COVERAGE 0.1  // least coverage of hair in a pixel whose depth was sampled on it
 
+// Splits a listed rim pixel, far or near.
 void split_thin(ivec2 at) {
     set_center(at);
     vec3 x = color_at(at);
-    float coc = coc_at(at), behind = coc;
+    float coc = coc_at(at), behind = coc;  // behind: coc of the surface behind the hair
     bool is_far = kind_at(at) == FAR_RIM;
     for (int k = 0; k < 9 && !is_far; ++k) behind = max(behind, coc_at(neighbour(at, k)));
     Mixture mixed = thin_mixture(at, behind, !is_far || is_beside_thin(at, coc));

@@ -1,15 +1,16 @@
-// Each pixel becomes the mean of the pixels in the disc of its own circle of confusion. A sample counts if it
-// is behind this pixel (its light comes through the blur), or if its own disc reaches this pixel; so sharp
-// foregrounds do not smear. Riguer et al. 2003, Scheuermann and Tatarchuk 2004. Every pixel of the disc is
-// sampled: with fewer, a highlight's disc breaks up into dots. Each dispatch takes some rows of the disc, in
-// a band of the picture.
+// Blurs by gathering: each pixel becomes the mean of the pixels inside the disc of its own circle of confusion (coc).
+// A sample counts if it is behind this pixel, because its light comes through the blur, or if its own disc reaches
+// this pixel; so sharp foregrounds do not smear. Riguer et al. 2003, Scheuermann and Tatarchuk 2004.
+//
+// Every pixel of the disc is sampled: with fewer, a highlight's disc breaks up into dots. One dispatch takes some rows
+// of the disc, for a band of the picture; sums are carried from one dispatch to the next.
 //
 // Inputs
 //   color_tx     rgba
-//   coc_tx       signed diameter in pixels
+//   coc_tx       r signed coc: diameter in pixels, negative in front of the focus
 // In and out
-//   sum_img      sum of rgba times weight so far; after the last rows the picture
-//   weight_img   sum of the weights so far; with SHAPED for each colour
+//   sum_img      rgba times weight, summed so far; after the last rows of the disc the blurred picture
+//   weight_img   r sum of the weights so far; with SHAPED rgb, one sum for each color
 
 #include "lib/aperture.lib.glsl"
 
@@ -17,10 +18,10 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
-uniform int band_start;   // first row of the picture
-uniform ivec2 disc_rows;  // first and last row of the disc in this dispatch, from its centre
-uniform bool is_first;
-uniform bool is_last;
+uniform int band_start;   // first row of the picture's band
+uniform ivec2 disc_rows;  // first and last row of the disc in this dispatch, from its center
+uniform bool is_first;  // the dispatch has the first rows of the disc: sums begin at 0
+uniform bool is_last;   // the dispatch has the last rows: the sum is divided by the weights
 layout(rgba32f) uniform image2D sum_img;
 #ifdef SHAPED
 layout(rgba32f) uniform image2D weight_img;
@@ -28,7 +29,7 @@ layout(rgba32f) uniform image2D weight_img;
 layout(r32f) uniform image2D weight_img;
 #endif
 
-#define LEAST_WEIGHT 1e-6
+#define LEAST_WEIGHT 1e-6  // a smaller sum of weights counts as no sample
 #define BEHIND_PX 0.5 // a coc larger by this much is behind, not on the same surface
 
 void main() {
@@ -45,12 +46,13 @@ void main() {
 #else
     Cover weight = is_first ? 0.0 : imageLoad(weight_img, at).r;
 #endif
+    // Half the size of the box around the disc, then its rows and columns in this dispatch that are in the picture.
     ivec2 reach = ivec2(min(ceil(aperture_reach(radius, DISC_RAMP_PX)), vec2(size)));
     ivec2 first = max(ivec2(-reach.x, max(-reach.y, disc_rows.x)), -at);
     ivec2 last = min(ivec2(reach.x, min(reach.y, disc_rows.y)), size - 1 - at);
     for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x) {
-            vec2 offset = -vec2(x, y);  // offset from the centre of the sample's disc to this pixel
+            vec2 offset = -vec2(x, y);  // offset from the center of the sample's disc to this pixel
             vec2 position = vec2(at + ivec2(x, y)) + 0.5;
 #ifdef SHAPED
             float sample_coc = texelFetch(coc_tx, at + ivec2(x, y), 0).r;

@@ -1,10 +1,12 @@
-// Writes the guess of the surfaces behind one cut into the fragment lists. Each pixel has one
-// fragment for each cut. Where no surface behind the focus hides anything, the fragment is in front
-// of the focus and unused.
+// Writes what is guessed behind one cut into the fragment lists. A cut is a gap in the depths of the picture, and the
+// guess behind it extends all that is farther than the cut under all that is nearer (render/defocus/far_guess.py).
+//
+// The list of each pixel has one fragment for each cut, near to far. Where no surface behind the focus hides anything,
+// the fragment receives NEAREST_DIOPTRES: it is then in front of the focus, and is not used.
 //
 // Inputs
-//   coc_tx       signed coc, pixels
-//   lib/guess_levels.lib.glsl
+//   coc_tx       r signed coc (circle of confusion, diameter in pixels, negative in front of the focus)
+//   lib/guess_levels.lib.glsl   the pyramid of the guess, filled
 // Outputs
 //   start_buf, fragment_buf   see lib/fragment_list.lib.glsl
 
@@ -15,8 +17,8 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;        // first row of the band (render/defocus/pixel_list.py)
 uniform sampler2D coc_tx;
-uniform ivec4 coarser_place;  // level 1 of the pyramid
-uniform int cut;              // number of the cut, near to far
+uniform ivec4 coarser_place;  // corner and size of level 1 of the pyramid
+uniform int cut;              // number of this cut, near to far
 uniform int cuts;             // number of cuts
 uniform float cut_px;         // largest coc of a surface that hides the guess
 uniform float least_px;       // coc above which a surface is behind the focus
@@ -24,13 +26,13 @@ uniform vec2 line;            // signed coc at infinity, and per dioptre, pixels
 layout(std430) writeonly buffer start_block { uint start_buf[]; };
 layout(std430) writeonly buffer fragment_block { uint fragment_buf[]; };
 
-#define NEAREST_DIOPTRES 1e9
+#define NEAREST_DIOPTRES 1e9  // marks a fragment that is not used: nearer than everything
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row), size = textureSize(coc_tx, 0);
     if (any(greaterThanEqual(at, size))) return;
     uint pixel = uint(at.y * size.x + at.x), fragment = pixel * uint(cuts) + uint(cut);
-    if (cut == 0) {
+    if (cut == 0) {  // starts are the same for all cuts; a start is stored times 2
         start_buf[pixel] = 2u * fragment;
         start_buf[pixel + 1u] = 2u * (fragment + uint(cuts));
     }

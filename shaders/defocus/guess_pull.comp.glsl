@@ -1,11 +1,13 @@
-// Computes a level of the pyramid of the surfaces farther than a cut: the mean of the known ones of
-// 2 x 2 texels.
+// Computes a level of the pyramid of the surfaces farther than a cut (render/defocus/far_guess.py): each texel is the
+// mean of the known ones among 2 x 2 texels of the finer level. A texel has the color and coc of a surface; it is
+// known if it shows one that is farther than the cut, and 0 otherwise.
 //
 // Inputs
-//   with FIRST: color_tx, coc_tx   the picture and its signed coc in pixels
-//   else: lib/guess_levels.lib.glsl   has the finer level
+//   with FIRST, for level 1: color_tx rgb and coc_tx r, the picture and its signed coc (circle of confusion, diameter
+//   in pixels, negative in front of the focus), and cut_px, the coc of the cut
+//   else: lib/guess_levels.lib.glsl   the pyramid, which has the finer level at `finer_place`
 // Output
-//   out_levels_img     this level
+//   out_levels_img     the pyramid; rgb color and a coc are written at `out_place`, or 0 if no texel is known
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -15,12 +17,13 @@ layout(rgba32f) uniform writeonly image2D out_levels_img;
 #ifdef FIRST
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
-uniform float cut_px;
+uniform float cut_px;  // surfaces with a larger coc are farther than the cut
 
 ivec2 finer_size() { return textureSize(coc_tx, 0); }
 
 bool is_known(vec4 surface) { return surface.a > 0.0; }
 
+// The finer level is the picture itself; only what is farther than the cut is known.
 vec4 finer_at(ivec2 at) {
     float coc = texelFetch(coc_tx, at, 0).r;
     return coc > cut_px ? vec4(texelFetch(color_tx, at, 0).rgb, coc) : vec4(0.0);
@@ -28,7 +31,7 @@ vec4 finer_at(ivec2 at) {
 #else
 #include "lib/guess_levels.lib.glsl"
 
-uniform ivec4 finer_place;
+uniform ivec4 finer_place;  // corner and size of the finer level
 
 ivec2 finer_size() { return finer_place.zw; }
 vec4 finer_at(ivec2 at) { return texelFetch(levels_tx, finer_place.xy + at, 0); }
@@ -38,7 +41,7 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, out_place.zw))) return;
     vec4 sum = vec4(0.0);
-    float known = 0.0;
+    float known = 0.0;  // number of known texels
     for (int k = 0; k < 4; ++k) {
         ivec2 finer_texel = 2 * at + ivec2(k & 1, k >> 1);
         if (any(greaterThanEqual(finer_texel, finer_size()))) continue;

@@ -1,16 +1,17 @@
-// Fills the unknown texels of a level of the pyramid from the next coarser level.
+// Fills the unknown texels of a level of the pyramid (guess_pull.comp.glsl) from the next coarser
+// level, which has none.
 //
 // Inputs
-//   lib/guess_levels.lib.glsl
-// Output
-//   levels_img   the same pyramid; the level at `place` is read and written
+//   lib/guess_levels.lib.glsl   the pyramid; the coarser level is at `coarser_place`
+// In and out
+//   levels_img   the same pyramid: rgb color and a coc of the level at `place`
 
 #include "lib/guess_levels.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform ivec4 place;          // corner and size of the level
-uniform ivec4 coarser_place;
+uniform ivec4 coarser_place;  // those of the next coarser level
 layout(rgba32f) uniform image2D levels_img;
 
 void main() {

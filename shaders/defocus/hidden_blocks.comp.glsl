@@ -1,13 +1,21 @@
-// Clears a layer's hidden pixels in the masks of visible pixels, and lists the pixels to guess: one
-// by one near visible pixels, one guess for each block of 2 x 2 deeper inside.
+// Prepares the guess of a layer's hidden pixels: clears them in the masks of visible pixels, and lists the pixels for
+// which guesses are made. Near visible pixels each hidden pixel has its own guess; deeper inside, the four pixels of a
+// block share one.
+//
+// Words: a pixel of a layer is visible if nearer layers leave it open, and hidden if the layer must be guessed there
+// (lib/hidden.lib.glsl). A block has 2 x 2 pixels. From a hidden pixel, each of four directions leads both ways to the
+// next visible pixel, its two ends.
 //
 // Inputs
 //   layer_tx       a below 0 if hidden (lib/hidden.lib.glsl); tiles that are not active are hidden too
 //   pixel list     the hidden pixels
 // Outputs
-//   bits_buf       numbered as in lib/hidden.lib.glsl
-//   two lists      as lib/hidden_block.lib.glsl says
-//   out_cost_img   -1 in blocks with hidden pixels and beside them; with MATCHED out_match_img too
+//   bits_buf       the masks, numbered as in lib/hidden.lib.glsl; before the pass the bits of all pixels in active
+//                  tiles are set (seen_bits_all.comp.glsl)
+//   two lists      front: the first hidden pixel of each block; back: the others that have a guess of their own
+//                  (lib/hidden_block.lib.glsl)
+//   out_cost_img   -1 in blocks with hidden pixels and in those beside them, one texel a block
+//   out_match_img  with MATCHED, the same
 
 #include "lib/hidden.lib.glsl"
 #include "lib/hidden_block.lib.glsl"
@@ -35,7 +43,7 @@ void clear_pixel(ivec2 at) {
     }
 }
 
-// Writes -1 to a block and its neighbors, if `is_needed`.
+// Writes -1 to a block and its neighbors, if `is_needed`. The loop stops after one round otherwise.
 void clear_cost(ivec2 block, bool is_needed) {
     int i = 0;
     do {
@@ -48,6 +56,7 @@ void clear_cost(ivec2 block, bool is_needed) {
     } while (is_needed && ++i < 9);
 }
 
+// True if a pixel, or the nearest one inside the picture, is hidden or in a tile that is not active.
 bool is_hidden(ivec2 at) {
     at = clamp(at, ivec2(0), layer_size - 1);
     return !is_active(at) || texelFetch(layer_tx, at, 0).a < 0.0;

@@ -1,16 +1,22 @@
-// Measures, for each block with hidden pixels and along each direction, how much the nearest visible
-// pixels on both sides differ. A stripe interrupted by a wire has similar ends along the stripe.
+// Measures how much the two ends of each direction differ, for each block with hidden pixels: the cost of continuing
+// the picture along that direction. A stripe that a wire interrupts has similar ends along the stripe.
+// hidden_fill.comp.glsl gives such directions more weight.
+//
+// Words: a pixel of a layer is visible if nearer layers leave it open, and hidden if the layer must be guessed there
+// (lib/hidden.lib.glsl). A block has 2 x 2 pixels. From a hidden pixel, each of four directions leads both ways to the
+// next visible pixel, its two ends.
 //
 // Inputs
 //   layer_tx       rgb times coverage, a coverage, marked if hidden
 //   bits_buf       visible pixels (hidden_blocks.comp.glsl)
-//   two lists      in front, the first hidden pixel of each block (hidden_blocks.comp.glsl)
-// Output (a pixel a block of 2 x 2; those with hidden pixels only)
-//   out_cost_img   a direction a channel: mean squared difference of the ends, < 0 if not both exist
-// With MATCHED, for fragment lists whose hidden surfaces are lit differently from the visible ones, from
-//   state_tx, listed_tx   of layer_split.comp.glsl, also
-//   out_match_img  rgb logarithm of the ratio of visible to listed brightness on the same surface, just
-//                  beyond its end; a its confidence, -1 where it was not measured
+//   two lists      front: the first hidden pixel of each block (hidden_blocks.comp.glsl)
+// Output (one texel a block; only blocks with hidden pixels are written)
+//   out_cost_img   one channel a direction: mean squared difference of the ends in compressed color
+//                  (lib/tone.lib.glsl), -1 if not both ends exist or are near enough
+// With MATCHED, for fragment lists whose hidden surfaces are lit differently from the visible ones, also
+//   inputs   state_tx, listed_tx   of layer_split.comp.glsl
+//   output   out_match_img  rgb logarithm of the ratio of visible to listed brightness on the same surface, just
+//                           beyond its end; a its confidence, -1 where it was not measured
 
 #include "lib/hidden_block.lib.glsl"
 #include "lib/seen_bits.lib.glsl"
@@ -34,7 +40,8 @@ bool read_visible(ivec2 at, out vec4 toned_layer) {
     return true;
 }
 
-// Mean squared difference of the ends along direction k; -1 if nothing could be compared.
+// Mean squared difference of the two ends along direction k, which lie `ends` steps ahead and back; -1 if nothing could
+// be compared, as with 0 `taps`.
 float difference(ivec2 at, int k, ivec2 ends, int taps) {
     float sum = 0.0, weights = 0.0;
     int tap = 0;
@@ -54,12 +61,13 @@ float difference(ivec2 at, int k, ivec2 ends, int taps) {
 #include "lib/match.lib.glsl"
 #endif
 
+// Measures the block of a listed pixel, from that pixel.
 void compare_ends(uint listed) {
     ivec2 at = pixel_of_word(listed);
     vec4 cost = vec4(-1.0);
     ivec2 ends[HIDDEN_DIRECTIONS];
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, layer_size);
-    int taps = is_beyond_reach(ends) ? 0 : TAPS;
+    int taps = is_beyond_reach(ends) ? 0 : TAPS;  // the lens never sees a pixel beyond reach
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k)
         if (all(greaterThan(ends[k], ivec2(0)))) cost[k] = difference(at, k, ends[k], taps);
     imageStore(out_cost_img, at >> 1, cost);

@@ -1,21 +1,28 @@
-// Guesses hidden pixels by interpolation between the two visible ends along each direction. A
-// direction has more weight the more similar its ends are (over a small neighborhood, because one
-// pixel must not decide) and the nearer they are. An end with a wide blur is averaged over the
-// pixels behind it. Where no direction has similar ends there is no structure to continue: all ends
-// have equal weights and are averaged further, and the guess is smooth. Stripes would be wrong
-// there, and would flicker during a focus pull.
+// Guesses hidden pixels by interpolation between the two ends of each direction.
+//
+// A direction has more weight the more similar its ends are and the nearer they are. Similarity is taken over a small
+// neighborhood, because one pixel must not decide. An end with a wide blur is averaged over the pixels behind it.
+// Where no direction has similar ends there is no structure to continue: all directions have equal similarity, their
+// ends are averaged further, and the guess is smooth. Stripes would be wrong there, and would flicker during a focus
+// pull.
+//
+// Words: a pixel of a layer is visible if nearer layers leave it open, and hidden if the layer must be guessed there
+// (lib/hidden.lib.glsl). A block has 2 x 2 pixels. From a hidden pixel, each of four directions leads both ways to the
+// next visible pixel, its two ends.
+// More words: cost, squared difference of the two ends of a direction; likeness, their similarity, 0 to 1; listed,
+// taken from a fragment list (with LISTS); known, the share of a pixel that needs no guess.
 //
 // Inputs
-//   cost_tx           hidden_cost.comp.glsl, -1 for visible blocks beside hidden ones
-//   around_tx         surroundings of highlights (highlight_split.comp.glsl), for has_highlights
+//   cost_tx           one channel a direction (hidden_cost.comp.glsl), -1 for visible blocks beside hidden ones
+//   around_tx         r luminance of the surroundings of highlights (highlight_split.comp.glsl), read if has_highlights
 //   bits_buf          visible pixels (hidden_blocks.comp.glsl)
 //   two lists         the pixels to guess (hidden_blocks.comp.glsl)
-//   listed_tx         with LISTS: listed fragments (layer_split.comp.glsl), preferred to a guess as deep
-//                     behind a silhouette as the lens can see
+//   listed_tx         with LISTS: r share known from lists, g depth in pixels behind the silhouette that the lens can
+//                     see (layer_split.comp.glsl); as deep as that, lists are preferred to a guess
 //   match_tx          with MATCHED: the correction of their brightness (hidden_cost.comp.glsl)
-// Read where visible, written where hidden
-//   layer_img         rgb times coverage, a coverage, marked if hidden
-//   state_img         r diameter |coc|, g share of content, 0..1
+// In and out; read at visible and hidden pixels, written at hidden ones
+//   layer_img         rgb times coverage, a coverage; before the pass marked if hidden
+//   state_img         r diameter |coc| in pixels, g share of content, 0..1
 
 #include "lib/hidden_block.lib.glsl"
 #include "lib/highlight_limit.lib.glsl"
@@ -32,12 +39,12 @@ layout(rg32f) uniform image2D state_img;
 
 #define LISTED_FROM 0.5        // distance up to which lists have full weight, as a share of the visible depth
 #define LISTED_TO 1.0          // distance, plus one pixel, from which lists are not used, as the same share
-#define ALIKE_VARIANCE 0.04    // variance in compressed colour: ends that differ by 0.2 have much less weight
+#define ALIKE_VARIANCE 0.04    // variance in compressed color: ends that differ by 0.2 have much less weight
 #define LEAST_LIKENESS 1e-4    // added to the similarity: if no direction has similar ends the nearest decide
 #define DISTANCE_POWER 2.0     // weights fall with this power of the distance between the ends
 #define ALIKE_TO 0.4           // similarity of the best direction above which the guess follows structure
 #define DULL_REACH 0.8         // share of the distance to an end that is averaged behind it where the guess is smooth
-#define ONE_END_WEIGHT 0.02    // weight of an end without a partner: it gives colour but no structure
+#define ONE_END_WEIGHT 0.02    // weight of an end without a partner: it gives color but no structure
 #define BEHIND_REACH 0.26      // share of an end's diameter that is averaged behind it, with falling weight
 #define BEHIND_MOST 64         // samples are 1, 2, 4 .. 32 pixels behind an end, each for its whole interval
 
@@ -45,7 +52,7 @@ const float STEP_LENGTH[HIDDEN_DIRECTIONS] = float[](1.0, 1.0, sqrt(2.0), sqrt(2
 
 struct Content {
     vec4 layer;      // rgb with highlights dimmed, times coverage, a coverage
-    float diameter;  // multiplied by coverage
+    float diameter;  // |coc| in pixels, multiplied by coverage
 };
 
 // The visible content of a pixel; a highlight is reduced to its surroundings, because it must not
@@ -57,7 +64,8 @@ Content content_at(ivec2 at) {
     return Content(vec4(dim(color) * layer.a, layer.a), imageLoad(state_img, at).r * layer.a);
 }
 
-// The cost of each direction, averaged over the blocks around if `is_averaged`.
+// The cost of each direction, averaged over the 3 x 3 blocks around if `is_averaged`; costs of -1 are left out. If
+// not, the loop ends after its first block, and the result is not used.
 vec4 mean_cost(ivec2 block, bool is_averaged) {
     vec4 sum = vec4(0.0), count = vec4(0.0);
     int i = 0;
@@ -70,6 +78,7 @@ vec4 mean_cost(ivec2 block, bool is_averaged) {
     return sum / max(count, 1.0);
 }
 
+// Adds a content to a weighted sum.
 void add(inout Content sum, inout float weights, float weight, Content c) {
     sum.layer += weight * c.layer;
     sum.diameter += weight * c.diameter;
@@ -136,13 +145,16 @@ float difference_of(ivec2 ends[HIDDEN_DIRECTIONS], vec4 cost) {
     return 1.0 - smoothstep(0.0, ALIKE_TO, most_alike);
 }
 
-// Interpolates between the ends of all directions.
+// Makes the guess for a pixel: the weighted mean of the ends of all directions. `beyond` tells that no end is near
+// enough, and then nothing is added; the loops end after one round, which costs less on a software rasterizer than a
+// branch (lib/seen_bits.lib.glsl).
 void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     ivec2 ends[HIDDEN_DIRECTIONS];
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
     bool beyond = is_beyond_reach(ends);
     vec4 cost = mean_cost(at >> 1, !beyond);
     Content sum = Content(vec4(0.0), 0.0);
+    // by_likeness: 1 if some direction has similar ends, 0 if none has, when likeness does not count.
     float weights = 0.0, unlike = difference_of(ends, cost), by_likeness = 1.0 - unlike;
     int k = 0;
     do {
@@ -162,12 +174,12 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
         guess.gap_px = 0.0;  // lists are used alone
         return;
     }
-    float cover = sum.layer.a / weights;
+    float cover = sum.layer.a / weights;  // mean coverage; colors and diameters are divided by their coverage
     float per_cover = 1.0 / max(sum.layer.a, 1e-4 * weights);
     guess = Guess(guess.gap_px, vec4(undim(sum.layer.rgb * per_cover) * cover, cover), sum.diameter * per_cover);
 }
 
-// Mixes the guess with the visible share of the pixel itself.
+// Writes a pixel: the guess, mixed with what is known of the pixel itself.
 void fill_pixel(ivec2 at, Guess guess) {
     vec4 own = imageLoad(layer_img, at);
     vec2 state = imageLoad(state_img, at).rg;
@@ -178,6 +190,7 @@ void fill_pixel(ivec2 at, Guess guess) {
 #ifdef MATCHED
     own.rgb *= mix(vec3(1.0), match_at(at >> 1), listed.r / max(listed.r + known, 1e-6));
 #endif
+    // 0 where the lens can see the listed surface, 1 so far behind the silhouette that it cannot.
     float beyond = smoothstep(LISTED_FROM * listed.g, LISTED_TO * listed.g + 1.0, guess.gap_px);
     known = min(known + listed.r * (1.0 - beyond), 1.0);
 #endif

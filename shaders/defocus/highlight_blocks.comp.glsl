@@ -1,12 +1,13 @@
-// Lists the blocks of 8 x 8 pixels with highlights, one block an invocation, and empties all sums.
+// Lists the blocks of 8 x 8 pixels that contain highlights, one block an invocation, and sets all sums of the next
+// pass (highlight_sprites.comp.glsl) to 0.
 //
 // Input
-//   lit_buf      pixels with a highlight (highlight_split.comp.glsl)
+//   lit_buf      bits of the pixels with a highlight (highlight_split.comp.glsl)
 // Outputs
-//   pixel list   the blocks with highlights, across and down
-//   tally_buf    0 for blocks without highlights
-//   row_buf      0 for all rows of blocks
-//   plan         0 in all sums
+//   pixel list   the blocks with highlights; x and y count blocks across and down
+//   tally_buf    number of sprites of each block at each level: 0 for blocks without highlights, others stay
+//   row_buf      the same for each row of blocks: 0
+//   plan         0 in its sums
 
 #include "lib/highlights.lib.glsl"
 #include "lib/lit_bits.lib.glsl"

@@ -1,8 +1,20 @@
-// Draws a highlight's disc where the lens sees it; with LISTS, also behind partly transparent
-// fragments. Each pixel of the disc is a point on the lens. The ray from there to the highlight
-// crosses nearer depths at positions that move towards the pixel in proportion to the difference in
-// coc; a surface at that depth and position hides the highlight. Surfaces nearer by less than a
-// margin are ignored here; with LISTS, highlight_split has already accounted for them.
+// Draws the disc of a highlight where the lens sees the highlight; with LISTS, also behind partly transparent
+// fragments.
+//
+// Each pixel of the disc is a point on the lens. The ray from there to the highlight crosses nearer depths at positions
+// that move towards the pixel in proportion to the difference in coc (signed circle of confusion, diameter in pixels,
+// negative in front of the focus). A surface at that depth and position hides the highlight. Surfaces nearer by less
+// than a margin are ignored here; with LISTS, highlight_split.comp.glsl has already accounted for them.
+//
+// Inputs (those from highlight_draw.vert.glsl are declared below)
+//   coc_tx            r coc of the visible surface of each pixel
+//   kind_tx           r kind, g coc of the first listed fragment (lib/kind.lib.glsl)
+//   far_tx, near_tx   fragments of rim pixels (fragments_far.comp.glsl): of far_tx a coverage of the near fragment, of
+//                     near_tx a its coc
+//   cutout_tx, cutout_coc_tx   a share of the pixel and r coc of the cutout, if has_cutout (cutout_over.comp.glsl)
+//   with LISTS: fragment lists (lib/fragment_list.lib.glsl)
+// Output
+//   out_light         rgb light of the highlight in the pixel, to be added to the picture; a 0
 
 #define SOFT_RIM
 #include "lib/aperture.lib.glsl"
@@ -12,7 +24,7 @@
 #include "lib/kind.lib.glsl"
 #include "lib/pixel_cover.lib.glsl"
 
-flat in vec4 place;  // centre x, y in pixels; signed coc; half the width of the rim's ramp
+flat in vec4 place;  // center x, y in pixels; signed coc; half the width of the rim's ramp
 flat in vec3 light;
 flat in float may_meet_px;  // least signed coc of all that a ray to the highlight may meet
 
@@ -44,8 +56,9 @@ out vec4 out_light;
 #define SAME_COC_PX 1.0
 #define SAME_COC_PART 0.25
 
-// The four pixels around a position, in textureGather order, and their bilinear weights. GPUs round
-// the gather position, so gather at the corner shared by the four texels, to match the weights.
+// Of the four pixels around a position: the place to gather them, their coc, the least of these, and their bilinear
+// weights, in the order of textureGather. GPUs round the gather position; the corner shared by the four texels makes
+// the gathered texels match the weights.
 vec2 gather_position(vec2 at) { return (floor(at - 0.5) + 1.0) / vec2(textureSize(coc_tx, 0)); }
 vec4 cocs_around(vec2 at) { return textureGather(coc_tx, gather_position(at)); }
 float least_around(vec2 at) {
@@ -56,24 +69,26 @@ vec4 weights_around(vec2 at) {
     vec2 high = fract(at - 0.5), low = 1.0 - high;
     return vec4(low.x * high.y, high.x * high.y, high.x * low.y, low.x * low.y);
 }
+// True if a position is outside the picture.
 bool is_outside(vec2 at) {
     return any(lessThan(at, vec2(0.0))) || any(greaterThan(at, vec2(textureSize(coc_tx, 0))));
 }
 
+// The pixel at a position, or the nearest one inside the picture.
 ivec2 inside(vec2 at) { return clamp(ivec2(floor(at)), ivec2(0), textureSize(kind_tx, 0) - 1); }
 
 // The ray from a point of the lens to a highlight.
 struct Ray {
     vec2 centre, per_px;  // position of the highlight, and movement of the ray for each pixel of coc
     float coc;            // coc of the highlight
-    float start;          // largest coc of a surface that hides the highlight
+    float start;          // largest coc of a surface that hides the highlight; tests go from there to nearer ones
     float step_px;        // difference in coc between two tests for surfaces
 };
 
 // Position at which the ray crosses the depth of a coc.
 vec2 crossing(Ray ray, float coc) { return ray.centre + ray.per_px * (ray.coc - coc); }
 
-// Difference in coc up to which two surfaces are the same.
+// Difference in coc up to which a surface is the same as one met at the coc `met`.
 float same_px(Ray ray, float met) { return max(SAME_COC_PX, SAME_COC_PART * (ray.coc - met)); }
 
 // The coc in the middle of a step.
@@ -92,9 +107,9 @@ vec4 kinds_around(vec2 at) { return textureGather(kind_tx, gather_position(at));
 // not begin with the visible surface is covered.
 vec4 covers_around(vec2 at, float low, float high, bool in_front, bool is_needed) {
     ivec2 first = ivec2(floor(at - 0.5)), last = textureSize(coc_tx, 0) - 1;
-    vec4 uncovered = vec4(1.0);
+    vec4 uncovered = vec4(1.0);  // of each of the four pixels
     int pixel = 0;  // in the order of textureGather
-    uint passed = 0u;
+    uint passed = 0u;  // fragments of this pixel already looked at; one flat loop goes over all pixels and fragments
     while (is_needed && pixel < 4) {
         List list = list_at(clamp(first + ivec2(pixel == 1 || pixel == 2, pixel < 2), ivec2(0), last));
         uint i = list.first + passed++;
@@ -115,9 +130,9 @@ vec4 covers_around(vec2 at, float low, float high, bool in_front, bool is_needed
 // be behind a nearer visible one, and at the steps `mixed` by pixels that show several surfaces.
 float hidden_by_lists(Ray ray, uint listed, uint mixed) {
     float hidden = 0.0;
-    uint passed = 0u;
+    uint passed = 0u;  // fragments of this step already looked at; one flat loop goes over all steps and fragments
     while ((listed | mixed) != 0u && hidden < 1.0) {
-        bool is_listed = listed != 0u;
+        bool is_listed = listed != 0u;  // the listed steps are examined first, then the mixed ones
         float level = level_at(ray, findLSB(is_listed ? listed : mixed));
         List list = list_at(inside(crossing(ray, level)));
         uint i = list.first + passed++;
@@ -149,9 +164,11 @@ float hidden_part(vec2 at, vec2 centre, float coc) {
     int steps = clamp(int(ceil(length(per_px) * (start - nearest_px) / STEP_PX)), 1, STEPS);
     Ray ray = Ray(centre, per_px, coc, start, (start - nearest_px) / float(steps));
     float hidden = 0.0;
+    // Bit k is set if step k meets a visible surface, may meet listed ones, or meets a pixel with several surfaces.
     uint shown = 0u, listed = 0u, mixed = 0u;
     bool is_inside = ray.step_px > 0.0;
     int k = 0;
+    // First loop: find the steps that meet something.
     do {
         float level = level_at(ray, k);
         vec2 crossed = crossing(ray, level);
@@ -163,11 +180,12 @@ float hidden_part(vec2 at, vec2 centre, float coc) {
         if (is_inside && first < min(start, level + ray.step_px)) listed |= 1u << k;
 #endif
     } while (is_inside && ++k < steps);
+    // Second loop: examine the steps with a visible surface, at the position where the ray crosses its depth.
     do {
         float met = least_around(crossing(ray, level_at(ray, findLSB(shown))));
         vec2 crossed = crossing(ray, met);
         float hit = dot(hits_around(ray, crossed, met), weights_around(crossed));
-        uint step = shown & -shown;
+        uint step = shown & -shown;  // the lowest bit; 0 in the one round without any
 #ifdef LISTS
         if (any(equal(kinds_around(crossed), vec4(LISTED)))) {
             mixed |= step;
@@ -183,7 +201,8 @@ float hidden_part(vec2 at, vec2 centre, float coc) {
     return hidden;
 }
 
-// An anti-aliased silhouette in focus lets light through where its near fragment does not cover.
+// Share of the highlight's light that nearer fragments in the pixel itself let through: an anti-aliased silhouette in
+// focus lets light through where its near fragment does not cover.
 float visible_share_at(ivec2 at, float coc) {
 #ifdef LISTS
     List list = list_at(at);
@@ -202,7 +221,7 @@ float visible_share_at(ivec2 at, float coc) {
     return mix(1.0 - far.a, 1.0, smoothstep(SHARP_PX, BLURRED_PX, abs(near_coc)));
 }
 
-// Share of the pixel that the sharp cutout hides.
+// Share of the pixel in which the sharp cutout hides the highlight.
 float cutout_cover(ivec2 at, float coc) {
     if (!has_cutout || texelFetch(cutout_coc_tx, at, 0).r > coc) return 0.0;
     return texelFetch(cutout_tx, at, 0).a;
@@ -210,6 +229,7 @@ float cutout_cover(ivec2 at, float coc) {
 
 void main() {
     float coc = place.z, ramp = place.w;
+    // hidden_part divides by the coc.
     if (abs(coc) < 1e-3) coc = 1e-3;
     Cover inside = pixel_coverage(gl_FragCoord.xy - place.xy, 0.5 * coc, ramp, place.xy);
     if (most_of(inside) > 0.0) inside *= 1.0 - cutout_cover(ivec2(gl_FragCoord.xy), coc);

@@ -1,8 +1,17 @@
-// Draws a quad around each highlight's disc, and finds the nearest thing that a ray to it may meet.
+// Draws a quad around the disc of each highlight, and finds the nearest surface that a ray from the lens to the
+// highlight may meet. highlight_draw.frag.glsl need not look for nearer ones. (coc: signed circle of confusion,
+// diameter in pixels, negative in front of the focus.)
+//
+// Inputs
+//   in_place, in_light   the highlight: a Sprite of lib/highlights.lib.glsl
+//   nearest_tx           r least coc of each tile
+// Outputs
+//   place, light         the same as in_place and the rgb of in_light
+//   may_meet_px          least coc that a ray may meet
 
 #include "lib/aperture.lib.glsl"
 
-in vec4 in_place;  // centre x, y in pixels; signed coc; half the width of the rim's ramp
+in vec4 in_place;  // center x, y in pixels; signed coc; half the width of the rim's ramp
 in vec4 in_light;  // rgb of a pixel wholly inside
 
 uniform vec2 picture_size;
@@ -11,9 +20,9 @@ flat out vec4 place;
 flat out vec3 light;
 flat out float may_meet_px;  // least signed coc
 
-uniform sampler2D nearest_tx;  // least signed coc of each tile (tile_layers.comp.glsl)
-uniform float nearest_px;      // of the picture
-uniform vec2 rows;             // first and last to draw
+uniform sampler2D nearest_tx;  // from tile_layers.comp.glsl
+uniform float nearest_px;      // least coc of the picture
+uniform vec2 rows;             // first and last row of the band that is drawn
 
 #define TILES_MOST 24  // largest number of tiles to read in a row
 #define LOOKUP_PX 2.0  // added to the reach, because the fragment shader reads groups of 2 x 2 pixels
@@ -37,8 +46,10 @@ void main() {
     vec2 corner = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
     vec2 reach = aperture_reach(0.5 * in_place.z, in_place.w) + 1.0;
     vec2 at = in_place.xy + corner * reach;
+    // At the nearest depth, rays to the disc lie within the disc's reach times `wider`.
     float coc = in_place.z, wider = max(coc - nearest_px, 0.0) / max(abs(coc), 1e-3);
     bool is_drawn = in_place.y + reach.y >= rows.x && in_place.y - reach.y <= rows.y;
+    // A disc outside the band needs no search: its reach is 0.
     may_meet_px = nearest_within(in_place.xy, reach * (is_drawn ? max(wider, 1.0) : 0.0) + LOOKUP_PX);
     gl_Position = vec4(at / picture_size * 2.0 - 1.0, 0.0, 1.0);
 }

@@ -1,15 +1,19 @@
-// Computes the luminance of the surroundings of highlights at half size, because the surroundings
-// are wide. It is the mean of rgb, clipped, because a highlight must not raise the level that it is
-// compared with. Bright surfaces are measured separately: where most of the surroundings are
-// bright, nothing is a highlight.
+// Computes the luminance from which the surroundings of highlights are made: highlights are light that is much
+// brighter than its surroundings (lib/highlight_limit.lib.glsl). Surroundings are wide, so half the size is enough.
+//
+// Luminance is the mean of rgb. It is clipped, because a highlight must not raise the level that it is compared with.
+// Bright surfaces are measured separately: where most of the surroundings are bright, nothing is a highlight.
 //
 // Inputs
 //   color_tx          scene-linear rgb
-//   coc_tx            signed circle of confusion, pixels
-// Outputs (a pixel for 2 x 2 of the picture)
-//   out_luminance_img r mean, 0..1; g the same for the brightest light behind with LISTS, else as r;
-//                     b share as bright as a surface can be, 0..1; a with LISTS the brightest light behind
-//   out_coc_img       least diameter, pixels of this picture, so that sharp areas do not spread
+//   coc_tx            r signed coc (circle of confusion, diameter in pixels, negative in front of the focus)
+//   with LISTS: fragment lists (lib/fragment_list.lib.glsl)
+// Outputs (one pixel for 2 x 2 of the picture)
+//   out_luminance_img r mean luminance, clipped to 0..1
+//                     g with LISTS the same of the brightest light in the lists, else 0
+//                     b share of light as bright as a bright surface can be, 0..1
+//                     a with LISTS luminance of the brightest light in the lists, not clipped, else 0
+//   out_coc_img       r least diameter of the four, in pixels of this picture, so that sharp areas do not spread
 //   lit_buf           0, for highlight_split.comp.glsl (lib/lit_bits.lib.glsl)
 
 #ifdef LISTS
@@ -27,7 +31,8 @@ layout(rgba32f) uniform writeonly image2D out_luminance_img;
 layout(r32f) uniform writeonly image2D out_coc_img;
 
 #ifdef LISTS
-// The brightest light in the list of a pixel. The loop is a `do ... while`, see shaders/README.md.
+// Luminance of the brightest light in the list of a pixel; 0 if the list is empty.
+// The loop is a `do ... while`, see shaders/README.md.
 float brightest_behind(ivec2 at) {
     List list = list_at(at);
     float brightest = 0.0;
@@ -44,6 +49,7 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, imageSize(out_luminance_img)))) return;
     ivec2 first = 2 * at, size = textureSize(color_tx, 0);
+    // The first pixel of each block clears the block's two words.
     if (first % HIGHLIGHT_BLOCK == ivec2(0))
         for (int i = 0; i < 2; ++i) lit_buf[lit_word(first, size) + i] = 0u;
     float sum = 0.0, sum_behind = 0.0, brightest = 0.0, surface = 0.0, diameter = 1e30;

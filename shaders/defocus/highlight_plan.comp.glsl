@@ -1,13 +1,14 @@
-// Chooses the level at which highlights are merged, which limits the cost of drawing, and the
-// position in the list at which each row of blocks writes its own, in the order of the picture. One
-// workgroup.
+// Chooses the level at which highlights are merged, which limits the cost of drawing, and the position in the list of
+// sprites at which each row of blocks writes its own, so that they follow the order of the picture. A sprite is a disc
+// that is drawn for merged highlights (lib/highlights.lib.glsl). Runs as one workgroup, whose invocations take equal
+// numbers of rows.
 //
-// Input
-//   plan      the sums of highlight_sprites.comp.glsl, COUNT
-// Output
-//   plan      the rest
-// Read and written
-//   row_buf   for the chosen level: sprites of each row of blocks; then of all rows before it
+// Inputs
+//   sprites_max   largest number of sprites to draw
+// In and out
+//   plan      before: the sums of highlight_sprites.comp.glsl, built with COUNT; after: also the level, the draw call
+//             and the workgroups of highlight_restore.comp.glsl
+//   row_buf   for the chosen level, before: number of sprites of each row of blocks; after: of all rows before it
 
 #include "lib/highlights.lib.glsl"
 
@@ -22,14 +23,17 @@ uniform uint sprites_max;
 uniform uint restore_groups_x;  // workgroups of highlight_restore, unless all highlights are drawn
 uniform uint restore_groups_y;
 
-shared uint sprites_sh[WORKERS];
-shared int level_sh;
+shared uint sprites_sh[WORKERS];  // number of sprites in the rows of each invocation
+shared int level_sh;              // the chosen level
 
+// True if a level has too many sprites, or too large an area to draw.
 bool is_too_much(int level) { return plan.sprites[level] > sprites_max || (plan.too_large >> level & 1u) != 0u; }
 
+// Chooses the first level that is not too much, and writes it into the plan.
 void choose_level() {
     int level = 0;
     while (level < HIGHLIGHT_LEVELS && is_too_much(level)) ++level;
+    // level is HIGHLIGHT_LEVELS if even the last list is too long; nothing is drawn then.
     level_sh = min(level, HIGHLIGHT_LEVELS - 1);
     plan.draw = uint[4](4u, level < HIGHLIGHT_LEVELS ? plan.sprites[level_sh] : 0u, 0u, 0u);
     plan.level = uint(level);
@@ -38,11 +42,13 @@ void choose_level() {
 }
 
 void main() {
+    // each: rows of blocks for each invocation.
     int worker = int(gl_LocalInvocationID.x), each = (blocks.y + WORKERS - 1) / WORKERS;
     int first = min(worker * each, blocks.y), last = min(first + each, blocks.y);
     if (worker == 0) choose_level();
     barrier();
     uint sprites = 0u;
+    // The sums of each invocation's rows, then of all rows before them.
     for (int row = first; row < last; ++row) sprites += row_buf[row_of(level_sh, row, blocks)];
     sprites_sh[worker] = sprites;
     barrier();

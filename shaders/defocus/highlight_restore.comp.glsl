@@ -1,19 +1,23 @@
-// Puts highlights that are not drawn back into the light to diffuse: in the whole picture if there
-// are too many, or in blocks of bright surfaces. If all are drawn, it runs on no workgroups.
+// Puts highlights that are not drawn as discs back into the light that is diffused: in the whole picture if there are
+// too many of them, or in blocks that belong to bright surfaces. If all are drawn, the pass runs on no workgroups.
 //
 // Inputs
-//   high_tx, lit_buf  rgb of the removed light, a signed coc (highlight_split.comp.glsl)
-//   plan, tally_buf   highlight_plan.comp.glsl: which highlights are drawn
+//   high_tx, lit_buf  rgb removed light, a its signed coc (circle of confusion, diameter in pixels), of the pixels
+//                     whose bit is set in lit_buf (highlight_split.comp.glsl)
+//   plan              highlight_plan.comp.glsl: the level that is drawn
+//   tally_buf         highlight_sprites.comp.glsl: number of sprites of each block; a block with none is not drawn
+// In and out
+//   low_img           rgb light to diffuse, with the restored highlights after the pass; a is kept
 // Output
-//   low_img    the light to diffuse, read and written
-//   low_fragment_buf  with LISTS: the fragments with their light restored
+//   low_fragment_buf  with LISTS: the fragments, with their light restored
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
 layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 uniform sampler2D coc_tx;
 
-// Restores the list of a pixel; returns true if the pixel's highlight was taken from the list.
+// Restores the list of a pixel. Returns true if the pixel's highlight was taken from the list, and so need not be added
+// to low_img: the visible surface is in the list, or the highlight has another coc than the visible surface.
 bool restore_list(ivec2 at, float high_coc) {
     List list = list_at(at);
     for (uint i = WORDS * list.first; i < WORDS * list.end; ++i) low_fragment_buf[i] = fragment_buf[i];
@@ -31,6 +35,7 @@ layout(rgba32f) uniform image2D low_img;
 layout(std430) readonly buffer tally_block { uint tally_buf[]; };
 layout(std430) readonly buffer plan_block { Plan plan; };
 
+// True if the highlight of a pixel is drawn as a disc.
 bool is_drawn(ivec2 at) {
     if (plan.level == uint(HIGHLIGHT_LEVELS)) return false;
     ivec2 blocks = (textureSize(high_tx, 0) + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;

@@ -1,20 +1,20 @@
-// Removes pixels much brighter than their diffused surroundings, to be drawn as discs instead
-// (highlight_draw), with the light conserved. The ripple of diffusion is a few per cent, and a few
-// per cent of a highlight may be brighter than the wall behind it.
+// Removes highlights, which are pixels much brighter than their surroundings, from the light to diffuse. They are drawn
+// as discs instead (highlight_draw.frag.glsl); no light is lost. The reason: diffusion ripples by a few per cent, and a
+// few per cent of a highlight may be brighter than the wall behind it.
 //
-// Inputs
-//   color_tx          scene-linear rgb, a kept
-//   surroundings_tx   diffused highlight_luminance.comp.glsl, a pixel for 2 x 2
-//   luminance_tx      with LISTS: the same before it is diffused
-//   coc_tx            signed circle of confusion, pixels
+// Inputs (coc: signed circle of confusion, diameter in pixels, negative in front of the focus)
+//   color_tx          scene-linear rgb; a is copied
+//   surroundings_tx   out_luminance_img of highlight_luminance.comp.glsl, diffused; one pixel for 2 x 2
+//   luminance_tx      with LISTS: the same before it was diffused
+//   coc_tx            r coc
 // Outputs
-//   out_low_img       the light to diffuse
-//   out_high_img      rgb removed light, a signed coc, of pixels with a highlight only
-//   lit_buf           which pixels these are (lib/lit_bits.lib.glsl); highlight_luminance has set it to 0
-//   out_around_img    luminance of the surroundings, a pixel for 2 x 2, for hidden_fill.comp.glsl;
-//                     NO_HIGHLIGHT on bright surfaces
-//   low_fragment_buf  with LISTS: a copy of the fragments, which lose their highlights here. A highlight behind
-//                     the visible surface is put into out_high_img if nothing in front is one
+//   out_low_img       rgb light to diffuse, a of the picture
+//   out_high_img      rgb removed light, a coc at which it is drawn; written for pixels with a highlight only
+//   lit_buf           bits of these pixels (lib/lit_bits.lib.glsl); highlight_luminance.comp.glsl has set all to 0
+//   out_around_img    r luminance of the surroundings, one pixel for 2 x 2, for hidden_fill.comp.glsl; NO_HIGHLIGHT on
+//                     bright surfaces
+//   low_fragment_buf  with LISTS: a copy of the fragments, which lose their highlights here. A highlight behind the
+//                     visible surface is put into out_high_img if no surface in front of it has one
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
@@ -55,8 +55,9 @@ float drawn_part(float diameter) {
 float drawn_part(float diameter) { return smoothstep(LEAST_COC_PX, WHOLE_COC_PX, diameter); }
 #endif
 
-// The mixed rim of a highlight carries its neighbour's depth, so take the coc of the brightest pixel
-// around.
+// Coc at which the highlight of a pixel is drawn. The mixed rim of a highlight has the depth of its neighbor, and so
+// this is the coc of the brightest of 3 x 3 pixels; if not `is_searched`, the loop ends after one round and the result
+// is not used.
 float highlight_coc(ivec2 at, bool is_searched) {
     ivec2 last = textureSize(color_tx, 0) - 1;
     float most = mean_of(texelFetch(color_tx, at, 0).rgb);
@@ -78,6 +79,7 @@ float highlight_coc(ivec2 at, bool is_searched) {
 #define MARGIN_PART 0.1
 #define HIDDEN 0.02       // visible share of the pixel below which a fragment's light is drawn or lost
 
+// Copies a fragment with another color; its coverage and dioptres stay.
 void store_fragment(uint number, vec3 color) {
     uint at = WORDS * number;
     low_fragment_buf[at] = packHalf2x16(color.rg);
@@ -98,8 +100,9 @@ float transmission_past(List list, uint number, float margin_coc) {
     return transmitted;
 }
 
-// Takes the brightest drawable light of the list into `high`, and stores the list without its
-// highlights.
+// Takes the brightest light of the list that can be drawn into `high` (rgb light, a coc), and stores the list without
+// its highlights. `front_coc` is that of the visible surface, `around` and `surface` are the luminance of the
+// surroundings and their degree of being a bright surface.
 void split_list(ivec2 at, float front_coc, float around, float surface, inout vec4 high) {
     List list = list_at(at);
     if (list.has_front) high.rgb = vec3(0.0);
@@ -108,6 +111,7 @@ void split_list(ivec2 at, float front_coc, float around, float surface, inout ve
     float uncovered = list.has_front ? 1.0 : 0.0;  // share of the pixel not covered by the fragments so far
     for (uint i = list.first; i < list.end; ++i) {
         Fragment fragment = fragment_of(i);
+        // over: share of the fragment's light that is a highlight and would be drawn.
         float over = drawn_part(abs(fragment.coc)) * (1.0 - surface) * highlight_share(fragment.color, around);
         float margin = max(MARGIN_PX, MARGIN_PART * abs(fragment.coc));
         vec3 light = over * fragment.color, drawn = fragment.cover * light;
@@ -129,6 +133,7 @@ void main() {
     vec4 x = texelFetch(color_tx, at, 0);
     float coc = texelFetch(coc_tx, at, 0).r;
     vec4 surroundings = texelFetch(surroundings_tx, at >> 1, 0);
+    // over: share of the pixel's light that is removed and drawn.
     float around = surroundings.r, surface = surface_of(surroundings.b);
     float over = (1.0 - surface) * highlight_share(x.rgb, around), lamp_coc = coc;
     float brightest_coc = highlight_coc(at, over > 0.0);

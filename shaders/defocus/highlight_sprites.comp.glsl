@@ -1,14 +1,25 @@
-// Merges the highlights of a block of 8 x 8 pixels, one block an invocation. Built twice: COUNT tallies every
-// level's list, LEVELS_AT_ONCE of them in neighbouring invocations; WRITE writes the chosen one where
-// highlight_plan says, in the picture's order.
+// Merges the highlights of each block of 8 x 8 pixels into sprites, one block an invocation. A sprite is a disc that is
+// drawn for one or several highlights of similar coc (signed circle of confusion, diameter in pixels); a higher level
+// merges more of them (lib/highlights.lib.glsl).
+//
+// Built twice. With COUNT, the pass counts the sprites of every level; LEVELS_AT_ONCE levels run in neighboring
+// invocations. Without COUNT, after highlight_plan.comp.glsl, it writes the sprites of the chosen level, in the order
+// of the picture.
 //
 // Inputs
-//   pixel list   the blocks with highlights (highlight_blocks.comp.glsl)
-//   high_tx, lit_buf   rgb of the removed light, a signed coc (highlight_split.comp.glsl)
-//   places_tx    if `has_places`: r, g position of the light in its pixel, from the middle, b its variance
-//                along an axis, pixels
-// COUNT outputs  tally_buf, row_buf, and the sums of the plan
-// WRITE inputs   plan, tally_buf, row_buf (highlight_plan.comp.glsl)  output  sprite_buf
+//   pixel list         the blocks with highlights (highlight_blocks.comp.glsl)
+//   high_tx, lit_buf   rgb removed light, a coc, of the pixels with a highlight (highlight_split.comp.glsl)
+//   places_tx          if `has_places` (proxy.comp.glsl): rg position of the light in its pixel, in pixels from the
+//                      middle, b its variance along an axis
+// Outputs with COUNT
+//   tally_buf          number of sprites of each block at each level
+//   row_buf            the same for each row of blocks, added up
+//   plan               the sums of the picture: number and area of the sprites at each level
+// Inputs without COUNT
+//   tally_buf, plan    as above, with the level that highlight_plan.comp.glsl has chosen
+//   row_buf            number of sprites in all rows before each row, at that level
+// Output without COUNT
+//   sprite_buf         the sprites
 
 #define SOFT_RIM
 #include "lib/aperture.lib.glsl"
@@ -48,11 +59,12 @@ layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #define NUMERIC_PX 8.0     // discs up to this radius are summed pixel by pixel: light is kept exactly
 
 ivec2 size, corner;  // size of the picture, and first pixel of the block
-float energy[HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK];
-float coc[HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK];
-uint merged_bits[2];
+float energy[HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK];  // r + g + b of the highlight in each pixel of the block; 0 for none
+float coc[HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK];     // coc of the highlight in each pixel that has one
+uint merged_bits[2];  // bit i is set if pixel i of the block is in a sprite already
 int lit_count;  // pixels of the block that have light
 
+// Pixel i of the block in the picture; the removed light of a pixel, 0 if it has no highlight.
 ivec2 pixel(int i) { return corner + ivec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK); }
 vec4 high_at(ivec2 at) {
     at = clamp(at, ivec2(0), size - 1);
@@ -61,7 +73,8 @@ vec4 high_at(ivec2 at) {
 float sum_of(vec3 c) { return c.r + c.g + c.b; }
 bool is_merged(int i) { return (merged_bits[i / 32] >> (i % 32) & 1u) == 1u; }
 
-// The mixed rim of a highlight carries the depth of the wall: take the coc of the brightest pixel around.
+// Coc of a highlight: that of the brightest of 3 x 3 pixels, because the mixed rim of a highlight has the depth of the
+// wall behind it.
 float highlight_coc(ivec2 at) {
     float top = 0.0, result = 0.0;
     for (int k = 0; k < 9; ++k) {
@@ -92,6 +105,7 @@ vec2 light_offset(ivec2 at, float coc_px) {
     return offset * towards / steepest;
 }
 
+// Reads the highlights of the block into the arrays above.
 void load_block() {
     lit_count = 0;
     for (int i = 0; i < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK; ++i) {
@@ -102,7 +116,7 @@ void load_block() {
     }
 }
 
-// The brightest free pixel of a square of the block; -1 if there is none.
+// The brightest pixel that is not merged yet in a square of the block; -1 if there is none.
 int brightest(ivec2 block_corner, int side) {
     int top = -1;
     for (int k = 0; k < side * side; ++k) {
@@ -112,7 +126,8 @@ int brightest(ivec2 block_corner, int side) {
     return top;
 }
 
-// The sum of the coverage of all pixels by a disc.
+// The sum of the coverage of all pixels by a disc, which the highlight's light is divided by. `ramp` is half the width
+// of the disc's soft rim in pixels.
 Cover pixels_covered(vec2 centre, float radius, float ramp) {
     vec2 reach = aperture_reach(radius, ramp);
     if (aperture_least_reach(radius, ramp) > NUMERIC_PX) return aperture_light(radius, ramp, centre);
@@ -124,7 +139,8 @@ Cover pixels_covered(vec2 centre, float radius, float ramp) {
     return sum;
 }
 
-// All free highlights of the block around `top` that share its coc, as one disc.
+// Merges all highlights in a square of the block that are not merged yet and share the coc of pixel `top` into one
+// sprite. Its center is the mean position, weighted by energy.
 Sprite merge_around(ivec2 block_corner, int side, int top) {
     float limit = max(SAME_COC_PX, SAME_COC_PART * abs(coc[top]));
     vec3 light = vec3(0.0);
@@ -134,6 +150,8 @@ Sprite merge_around(ivec2 block_corner, int side, int top) {
         int i = (block_corner.y + k / side) * HIGHLIGHT_BLOCK + block_corner.x + k % side;
         if (energy[i] <= 0.0 || is_merged(i) || abs(coc[i] - coc[top]) > limit) continue;
         merged_bits[i / 32] |= 1u << (i % 32);
+        // known: position and variance of the light in its pixel, if measured; else light_offset
+        // estimates the position.
         vec3 known = has_places ? texelFetch(places_tx, pixel(i), 0).xyz : vec3(0.0);
         vec2 offset = has_places ? known.xy : light_offset(pixel(i), coc[top]);
         vec2 place = vec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK) + 0.5 + offset;
@@ -143,7 +161,8 @@ Sprite merge_around(ivec2 block_corner, int side, int top) {
         moment_2 += energy[i] * (dot(place, place) + 2.0 * known.z);
     }
     vec2 centre = moment / weight;
-    // A cluster's disc has a soft rim: as wide as the cluster, at least a pixel.
+    // The disc of several highlights has a soft rim: as wide as the group of them, at least a pixel. A pixel's own
+    // variance along an axis is 1/12, and a linear ramp of half the width `ramp` has ramp^2 / 3.
     float variance = max(0.5 * (moment_2 / weight - dot(centre, centre)), 0.0);
     float ramp = sqrt(3.0 * (1.0 / 12.0 + variance));
     centre += vec2(corner);
@@ -159,6 +178,7 @@ float area_inside(Sprite sprite) {
     return (high.x - low.x) * (high.y - low.y);
 }
 
+// True if most of the block has light, as on a bright surface.
 bool is_surface() { return lit_count > HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK / 2; }
 
 // True if the block is part of a bright surface and its single disc at the last level would be too small
@@ -171,7 +191,8 @@ bool is_put_back(int level) {
     return float(HIGHLIGHT_BLOCK) > SURFACE_SHARE * widest;
 }
 
-// Merges at a level; returns the number of sprites. WRITE writes them from `offset` on.
+// Merges the highlights of the block at a level, squares of halved sides one after the other. Returns the number of
+// sprites and their area in pixels; without COUNT, the sprites are written from `offset` on.
 uint make_sprites(int level, uint offset, out float area) {
     uint count = 0u;
     area = 0.0;
@@ -206,7 +227,7 @@ void tally(int level, ivec2 block, ivec2 blocks, uint sprites, float area) {
     if (atomicAdd(plan.area[level], parts) + parts > AREA_PARTS) atomicOr(plan.too_large, 1u << level);
 }
 #else
-// The sprites of all blocks before this one, row by row.
+// Number of sprites of all blocks before this one, row by row.
 uint sprites_before(ivec2 block, ivec2 blocks, int level) {
     uint before = row_buf[row_of(level, block.y, blocks)];
     for (int x = 0; x < block.x; ++x) before += tally_buf[tally_of(level, ivec2(x, block.y), blocks)];
@@ -214,6 +235,7 @@ uint sprites_before(ivec2 block, ivec2 blocks, int level) {
 }
 #endif
 
+// Merges a block: counts the sprites of its levels, or writes those of the chosen one.
 void merge_block(ivec2 block) {
     corner = block * HIGHLIGHT_BLOCK;
     ivec2 blocks = (size + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;

@@ -1,22 +1,34 @@
-// Extracts one layer: colour times coverage, coverage, and the circle of confusion.
+// Extracts one layer of the picture: color times coverage, coverage, and the circle of confusion. A layer is a range of
+// signed coc (circle of confusion: diameter in pixels, negative in front of the focus) between two cuts, with smooth
+// transitions (lib/layer.lib.glsl).
 //
-// A layer blurred too much to show detail is processed at 1/2, 1/4 or 1/8 size: each pixel is the mean
+// A layer that is blurred too much to show detail is processed at 1/2, 1/4 or 1/8 size: each of its pixels is the mean
 // of the visible picture pixels that it stands for.
 //
-// Where almost only nearer layers are visible, this layer is hidden, and is guessed (hidden_fill). Where a farther
-// layer is visible, this one covers nothing.
+// Where almost only nearer layers are visible, this layer is hidden, and is guessed later (hidden_fill.comp.glsl).
+// Where a farther layer is visible, this one covers nothing.
+//
+// Words, each a share of a pixel from 0 to 1:
+//   seen, visible  what nearer layers leave open; visible is seen, but at least THIN, to divide by
+//   known          what needs no guess: its color and coc are given, by the picture or by a list
+//   listed         with LISTS: the part of known that only lists give, because a nearer surface hides it
+//   cover          coverage: the layer hides what is behind it by this share
+//   solid          weight as content of the layer; 0 for a pixel whose surface belongs to other layers
 //
 // Inputs
 //   color_tx      scene-linear rgb
-//   coc_tx        signed coc, pixels
-//   kind_tx, far_tx, near_tx   fragments of rim pixels (fragments_far, fragments_near)
+//   coc_tx        r coc
+//   kind_tx       r kind of the pixel (lib/kind.lib.glsl)
+//   far_tx, near_tx   the two fragments of rim pixels (fragments_far.comp.glsl, fragments_near.comp.glsl)
 // Outputs
 //   out_layer_img rgb times coverage, a coverage, marked if hidden (lib/hidden.lib.glsl)
-//   out_state_img r diameter |coc| in pixels of the layer, g share of content, 0..1
-//   pixel list    hidden pixels
-// With LISTS, for pictures with fragment lists (lib/fragment_list.lib.glsl), hidden pixels carry their
-// listed share of the layer, and
-//   out_listed_img r share known from the list, g depth visible behind the silhouette, pixels
+//   out_state_img r diameter |coc| in pixels of the layer, g share of content (solid), 0..1
+//   pixel list    the hidden pixels
+// With LISTS, for pictures with fragment lists (lib/fragment_list.lib.glsl), hidden pixels carry their listed share of
+// the layer in these images, and there is one more output:
+//   out_listed_img r listed share, g depth behind the silhouette to which a lens can see, in pixels of the layer
+//
+// Steps: add_pixel adds each picture pixel to the sums of its layer pixel; store divides the sums and writes them.
 
 #include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
@@ -46,18 +58,19 @@ uniform bool is_nearest;  // nothing of the layer is hidden
 
 struct Content {
     vec3 color;
-    float diameter;
+    float diameter;  // |coc| in pixels
     float cover;
     float solid;  // weight as content of the layer, 0..1
 };
 
-// The content of this layer in a pixel with one surface.
+// The content of this layer in a pixel with one surface, of the color x.
 Content whole_of(vec3 x, float coc, float visible) {
     float own = membership(coc);
     return Content(x, abs(coc), coverage(own / visible), solidity(own));
 }
 
-// The two fragments of a far rim pixel: the plain pixel if both are in one layer, else separate colours.
+// The content of this layer in a far rim pixel (far: rgb of the far fragment, a coverage of the near one; near: rgb of
+// the near fragment, a its coc). If both fragments are in this layer, it is the plain pixel, else the colors differ.
 Content far_rim_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
     float own = membership(coc), own_near = membership(near.a);
     float solid = solidity(own), solid_near = solidity(own_near), only_near = solid_near * (1.0 - solid);
@@ -68,7 +81,8 @@ Content far_rim_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
     return Content(color, diameter, cover, max(solid, solidity(far.a * own_near)));
 }
 
-// A near rim pixel, without the light that shines through from another layer.
+// The content of this layer in a near rim pixel, without the light that shines through from another layer (clean: rgb
+// own color, a its coverage; coc_through: coc of the surface that shines through).
 Content near_rim_of(vec3 x, float coc, vec4 clean, float coc_through, float visible) {
     Content content = whole_of(x, coc, visible);
     float same_layer = solidity(membership(coc_through));
@@ -81,22 +95,23 @@ Content near_rim_of(vec3 x, float coc, vec4 clean, float coc_through, float visi
 
 struct Sum {
     vec4 layer;      // rgb times coverage, a coverage, times the known share
-    float diameter;  // times solidity, times known
+    float diameter;  // times solid, times known
     float solid;     // times known
     float known;
-    float count;
+    float count;     // picture pixels added
 #ifdef LISTS
-    float listed;    // known only from lists, behind the visible surface
-    float depth_px;  // times listed: visible depth behind the silhouette
+    float listed;
+    float depth_px;  // depth behind the silhouette to which a lens can see, times listed
 #endif
 };
 
 #ifdef LISTS
-// Distances from a seam, as shares of the cut's coc, between which the use of surfaces behind it begins.
+// A seam is where the surface of the picture crosses the cut towards the camera, and so passes into the nearer layer.
+// Between these distances from it, as shares of the cut's coc, listed surfaces behind it begin to be used.
 #define SEAM_FROM 0.5
 #define SEAM_TO 1.5
 
-// Steepest step of the coc from a pixel to a neighbour on the same surface, pixels.
+// Steepest step of the coc from a pixel to a neighbor on the same surface, pixels.
 float slope_at(ivec2 at, float coc) {
     float slope = 0.0;
     for (int k = 1; k < 9; k += 2) {
@@ -106,18 +121,19 @@ float slope_at(ivec2 at, float coc) {
     return slope;
 }
 
-// Weight of the surfaces behind a pixel, 0 to 1, by its distance from a seam, where its surface crosses the cut. The
-// surface continues in this layer, underneath itself: within its own blur of the seam a guess extends it, and
-// nothing behind it is visible.
+// Weight of the listed surfaces behind a pixel, 0 to 1, by its distance from a seam. The surface of the picture
+// continues in this layer, underneath itself: within its own blur of the seam a guess extends it, and nothing behind
+// it is visible.
 float beyond_seam(ivec2 at, float coc) {
     float reach = max(abs(cut_near_px.x), 1.0), edge = cut_near_px.x - cut_near_px.y;
     float to_seam = (edge - coc) / max(slope_at(at, coc), 1e-4);
     return smoothstep(SEAM_FROM * reach, SEAM_TO * reach, to_seam);
 }
 
-// Adds the share `known` of a pixel, of which the share `seen` is uncovered. The known but hidden rest is added as
-// listed: a lens uncovers it only near a silhouette, deeper if the blurs differ more.
+// Adds the share `known` of a pixel, of which the share `seen` is open to view. The rest is added as listed: a lens
+// uncovers it only near a silhouette, deeper if the blurs differ more (`behind_coc` is the difference in coc).
 void add_known(inout Sum sum, Content content, float cover, float known, float seen, float behind_coc) {
+    // 1e-6: gives a diameter also to a pixel without content of the layer.
     float solid = known * content.solid, listed = known - min(seen, known);
     sum.layer += known * cover * vec4(content.color, 1.0);
     sum.diameter += (solid + 1e-6 * known) * content.diameter;
@@ -137,9 +153,9 @@ float remaining_cover(float cover, float in_view) {
     return cover * (1.0 - taken_cover) / (1.0 - cover * taken_cover);
 }
 
-// Adds the fragments of a list that are in this layer. `seen` is the share of the pixel that nearer surfaces leave
-// open, `unknown` the share without listed fragments of this layer or farther ones. In a plate with alpha, the
-// end of a list is empty space: farthest, without light, blurred like the last fragment.
+// Adds the fragments of a list that are in this layer. `front_coc` is the coc of the visible surface, `seen` the share
+// of the pixel that nearer surfaces leave open, `unknown` the share of which nothing is known yet. In a plate
+// with alpha, the end of a list is empty space: farthest, without light, blurred like the last fragment.
 void add_list(inout Sum sum, List list, float front_coc, float seen, float unknown) {
     Fragment fragment;
     for (uint i = list.first; i < list.end && unknown > 0.0; ++i) {
@@ -177,7 +193,8 @@ void add_pixel(inout Sum sum, ivec2 at) {
     }
     float cover = is_farthest ? 1.0 : clamp(content.cover, 0.0, 1.0);
     float known = max(knowledge(seen), has_near);
-#ifdef LISTS  // a list that begins with the visible surface is complete; in one place: branches cost both sides
+#ifdef LISTS  // a list that begins with the visible surface is complete, and then replaces the pixel itself
+    // Both cases share one call of add_list, because a software rasterizer runs both sides of a branch.
     float unknown = list.has_front ? 1.0 : 1.0 - known;
     if (list.has_front) known = 0.0;
     if (unknown > 0.0 && !list.has_front) unknown *= beyond_seam(at, coc);
@@ -191,7 +208,7 @@ void add_pixel(inout Sum sum, ivec2 at) {
     sum.count += 1.0;
 }
 
-// Writes a pixel of the layer, and lists it if it is hidden.
+// Writes a pixel of the layer from its sums, and lists it if it is hidden.
 void store(ivec2 at, Sum sum) {
 #ifdef LISTS
     if (is_nearest) {  // nothing is guessed: the layer is empty where its fragments end
@@ -199,6 +216,7 @@ void store(ivec2 at, Sum sum) {
         sum.listed = 0.0;
     }
 #endif
+    // known becomes the share that needs no guess and is open to view; of_known divides by all that is known.
     float known = sum.known / sum.count, of_known = 1.0 / max(sum.known, 1e-12);
 #ifdef LISTS
     float listed = sum.listed / sum.count;
@@ -217,6 +235,7 @@ void store(ivec2 at, Sum sum) {
     imageStore(out_state_img, at, vec4(diameter, sum.solid * of_known, 0.0, 0.0));
 }
 
+// Extracts the pixels of a tile of the layer, one an invocation.
 void split_tile(ivec2 tile) {
     ivec2 at = tile * TILE + ivec2(gl_LocalInvocationID.xy);
     if (any(greaterThanEqual(at, layer_size))) return;

@@ -1,11 +1,11 @@
-// Clamps light to 0 and above and alpha to 0..1, which the ripple of a disc kernel slightly exceeds.
+// Limits light to 0 and above, and alpha to 0..1. The ripple of a disc kernel goes slightly beyond both.
 //
 // In and out
-//   color_img   rgb, a alpha
+//   color_img   rgb light, a alpha
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform bool is_opaque;  // alpha is exactly 1
+uniform bool is_opaque;  // the picture is opaque: alpha is set to exactly 1
 layout(rgba32f) uniform image2D color_img;
 
 void main() {

@@ -1,10 +1,14 @@
-// Lists the segments of all layers, rows and columns: one workgroup a list.
+// Lists the segments, which are runs of active tiles, along the rows and along the columns of all layers. One workgroup
+// makes one list. solve_partition.comp.glsl solves the segments, each in several lines of pixels at once.
 //
-// Input
+// Inputs
 //   tile_mask_buf     masks of the layers (lib/tile_mask.lib.glsl), `tile_words` words each
+//   layers            see below
 // Output
-//   segment_list_buf  lists of `list_words` words (lib/line_segment.lib.glsl): the rows of the first layer,
-//                     its columns, those of the second layer ...; in no particular order
+//   segment_list_buf  lists of `list_words` words (lib/line_segment.lib.glsl): the rows of the first layer, its
+//                     columns, the rows of the second layer and so on; in a list, segments are in no particular order
+//
+// A line is a row or column of tiles here, except where it says line of pixels.
 
 #include "lib/line_segment.lib.glsl"
 
@@ -14,23 +18,25 @@
 
 layout(local_size_x = SEGMENT_GROUP) in;
 
-uniform ivec4 layers[2 * LAYERS_MAX];  // tiles across and down; pixels that an invocation solves along rows and columns
-uniform int tile_words;
-uniform int list_words;
+// For each layer: x, y tiles across and down; z, w pixels that an invocation solves along rows and along columns.
+uniform ivec4 layers[2 * LAYERS_MAX];
+uniform int tile_words;  // words of a layer's mask
+uniform int list_words;  // words of a list
 layout(std430) restrict readonly buffer tile_mask_block { uint tile_mask_buf[]; };
 layout(std430) restrict writeonly buffer segment_list_block { uint segment_list_buf[]; };
 
-shared uint count_sh;
+shared uint count_sh;  // entries of the list so far
 
 // A list, and how the tiles along its lines lie in the mask.
 struct List {
-    int first_word, first_tile;
-    int across, along;  // words to the next line of tiles, and to the next tile of a line
+    int first_word, first_tile;  // where the list begins in segment_list_buf, and the mask in tile_mask_buf
+    int across, along;  // words of the mask to the next line of tiles, and to the next tile of a line
     int count;          // tiles of a line
     int run;            // pixels that an invocation solves
 };
 
-// Appends a segment, once for each workgroup that solves lines of its tiles.
+// Appends the segment of `tiles` tiles from the tile `first` of a line on: one entry for each workgroup that solves
+// lines of pixels in it.
 void list_segment(List list, int line, int first, int tiles) {
     int lines = lines_at_once(runs_in(tiles, list.run));
     for (int l = 0; l < TILE; l += lines) {
@@ -40,7 +46,7 @@ void list_segment(List list, int line, int first, int tiles) {
     }
 }
 
-// The active tiles of a line as bits, from the tile `first` on.
+// The active tiles of a line as bits, for WORD_TILES tiles from the tile `first` on.
 uint active_bits(List list, int line, int first) {
     uint bits = 0u;
     int word = list.first_tile + line * list.across, last = list.count - 1;
@@ -51,7 +57,7 @@ uint active_bits(List list, int line, int first) {
     return bits;
 }
 
-// Appends all segments of a line of tiles.
+// Appends all segments of a line. The loops go one tile beyond its end, where the last segment is closed.
 void list_line(List list, int line) {
     int segment_start = -1;  // first tile of the current segment; -1 for none
     for (int first = 0; first <= list.count; first += WORD_TILES) {
@@ -66,6 +72,7 @@ void list_line(List list, int line) {
     }
 }
 
+// Writes the workgroups of the later pass, across and down, and the number of entries.
 void write_head(List list) {
     segment_list_buf[list.first_word] = min(count_sh, GROUPS_ACROSS);
     segment_list_buf[list.first_word + 1] = (count_sh + GROUPS_ACROSS - 1u) / GROUPS_ACROSS;

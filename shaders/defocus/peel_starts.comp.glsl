@@ -1,24 +1,26 @@
-// Turns the lengths of a band's lists into start offsets, after those of earlier bands (a prefix sum).
-// One workgroup; each invocation handles a run of pixels.
+// Turns the lengths of fragment lists into their start offsets, by a prefix sum. Each run of the pass handles a band of
+// pixels, whose lists follow those of earlier bands. It has one workgroup; each invocation handles a run of pixels.
 //
+// Inputs
+//   capacity    number of fragments for which there is memory; a list that does not fit is cut off or empty
+//   has_end     also write the entry after the last list; false if it already holds the first length of the next band
 // In and out
-//   start_buf   twice the length, then twice the start, of each list, plus a bit that stays
-//   total_buf   fragments of earlier bands, then of this one too; more than `capacity` if they do not fit
-// Input
-//   capacity    number of fragments that fit; lists for which there is no memory left are empty
-//   has_end     also write the word after the last list, unless it holds the length of the next one
+//   start_buf   of each list, before: twice its length, plus a bit; after: twice its start, plus the same bit. The bit
+//               is 1 if the list begins with the visible surface (lib/fragment_list.lib.glsl)
+//   total_buf   number of fragments, before: of earlier bands; after: of this one too, which is more than `capacity` if
+//               they do not all fit
 
 #define WORKERS 256
 layout(local_size_x = WORKERS) in;
 
 layout(std430) buffer start_block { uint start_buf[]; };
 layout(std430) buffer total_block { uint total_buf[]; };
-uniform int first_pixel;
-uniform int pixel_count;
+uniform int first_pixel;  // the band: its first pixel,
+uniform int pixel_count;  // and its number of pixels
 uniform int capacity;
 uniform bool has_end;
 
-shared uint sums_sh[WORKERS];
+shared uint sums_sh[WORKERS];  // number of fragments in the run of each invocation
 
 void main() {
     int worker = int(gl_LocalInvocationID.x), run = (pixel_count + WORKERS - 1) / WORKERS;

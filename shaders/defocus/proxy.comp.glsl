@@ -1,14 +1,16 @@
-// Reduces the picture to a smaller working size: colour is averaged over each pixel's footprint, depth
-// is the sample at its centre (a mean of two depths would be a surface that does not exist). If the
-// footprint holds a highlight, depth is the highlight's: its light dominates the pixel, and would
-// otherwise become a disc of the wrong size.
+// Reduces the picture to a smaller working size. Color is averaged over each pixel's footprint, which is the area of
+// the whole picture that it covers. Depth is the sample at the middle of the footprint, because a mean of two depths
+// would be a surface that does not exist. If the footprint holds a highlight, depth is the highlight's: its light
+// dominates the pixel, and would otherwise become a disc of the wrong size.
 //
 // Inputs
-//   color_tx, depth_tx            full size
+//   color_tx         rgba at full size
+//   depth_tx         r depth in meters, or signed coc in pixels (circle of confusion), at full size
 // Outputs
-//   out_color_img, out_depth_img  proxy size
-//   out_places_img                with PLACES, of highlights: r, g position of the light from the pixel's middle,
-//                                 b its variance along an axis, in these pixels (highlight_sprites.comp.glsl)
+//   out_color_img    rgba at the smaller size
+//   out_depth_img    r depth at the smaller size; a coc is in its pixels
+//   out_places_img   with PLACES, of highlights only, else 0: rg position of the light from the pixel's middle, b its
+//                    variance along an axis, in pixels of the smaller size (highlight_sprites.comp.glsl)
 
 #include "lib/footprint.lib.glsl"
 #include "lib/highlight_limit.lib.glsl"
@@ -17,14 +19,14 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D color_tx;
 uniform sampler2D depth_tx;
-uniform float depth_scale;  // 1 for metres, the proxy's scale where depth_tx holds pixels of coc
+uniform float depth_scale;  // 1 for meters, the proxy's scale where depth_tx holds pixels of coc
 layout(rgba32f) uniform writeonly image2D out_color_img;
 layout(r32f) uniform writeonly image2D out_depth_img;
 #ifdef PLACES
 layout(rgba16f) uniform writeonly image2D out_places_img;
 
-// Position of the light in a footprint, and its variance. Weights are the square of the light, which excludes its
-// surroundings.
+// Position of the light in a footprint (rg, in pixels of the smaller picture from the middle) and its variance (b).
+// Weights are the square of the light, so that the darker surroundings hardly count.
 vec4 light_position(Footprint footprint) {
     vec2 extent = footprint.high - footprint.low, moment = vec2(0.0);
     float sum = 0.0, moment_2 = 0.0;
@@ -45,7 +47,7 @@ vec4 light_position(Footprint footprint) {
 #define AROUND_TAPS 3  // samples of the surroundings of a highlight, to each side
 #define AROUND_STEP 2  // spacing of the samples in pixels of the smaller picture
 
-// Mean colour of a footprint, and its brightest pixel.
+// Mean rgba of a footprint; `brightest` becomes its brightest pixel.
 vec4 footprint_mean(Footprint footprint, out ivec2 brightest) {
     vec4 sum = vec4(0.0);
     float most = -1.0;
@@ -64,7 +66,7 @@ vec4 footprint_mean(Footprint footprint, out ivec2 brightest) {
     return sum / (extent.x * extent.y);
 }
 
-// Luminance around a pixel of the smaller picture, clipped so that highlights do not raise it.
+// Mean luminance around a pixel of the smaller picture, clipped to 1 so that highlights do not raise it.
 float luminance_around(ivec2 at, ivec2 size) {
     ivec2 whole_size = textureSize(color_tx, 0);
     float sum = 0.0;
@@ -89,6 +91,7 @@ void main() {
     if (is_highlight) source = brightest;
 #ifdef PLACES
     vec4 position = vec4(0.0);
+    // A loop in place of an if: a software rasterizer runs both sides of every branch (shaders/README.md).
     for (int n = is_highlight ? 1 : 0; n > 0; --n) position = light_position(footprint_of(at, size, whole_size));
     imageStore(out_places_img, at, position);
 #endif

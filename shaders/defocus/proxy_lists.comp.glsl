@@ -1,20 +1,28 @@
-// Builds the fragment lists of a smaller picture: each pixel merges the lists of the pixels in its footprint
-// and averages their coverage. Fragments at nearly the same distance become one; if too many are
-// left, the range is cut into even steps of dioptres, because blur is linear in dioptres.
-// Compiled twice: COUNT writes the length of each list; WRITE, after peel_starts, the lists themselves.
+// Builds the fragment lists of a smaller picture from those of the whole one: each pixel merges the lists of the pixels
+// in its footprint, which is the area of the whole picture that it covers, and averages their coverage. Fragments at
+// nearly the same distance become one, as a group. If too many groups are left, the range is cut into even steps of
+// dioptres, because blur is linear in dioptres.
 //
-// Without coverage for the visible surfaces, the smaller picture shows them by colour and depth like a
-// flat one, and its lists hold what is behind them, taken from pixels that show no farther surface.
+// The visible surfaces are included if their coverage is known (is_measured, or a list that begins with the visible
+// surface). If not, the smaller picture shows them by color and depth like a picture without lists, and its lists hold
+// only what is behind them, taken from pixels that show no farther surface.
+//
+// Built twice: with COUNT, the pass writes the length of each list; without, after peel_starts.comp.glsl, the lists.
+//
+// Words: open, the share of a pixel that the fragments so far leave uncovered; seen, what is visible through it; behind
+// or hidden, what nearer fragments of the same pixel cover; front, the visible surface of a pixel.
 //
 // Inputs
-//   color_tx, depth_tx   of the whole picture, premultiplied
-//   depth_img            of the smaller one, metres
-//   lib/fragment_list.lib.glsl with a fragment_line of (0, 1), so that its coc is dioptres
-// Output of COUNT
+//   color_tx, depth_tx   rgba premultiplied, and r meters, of the whole picture
+//   lib/fragment_list.lib.glsl   its lists; a fragment_line of (0, 1) makes the coc of a fragment its dioptres
+//   proxy_start_buf      without COUNT: the starts of the new lists
+// In and out
+//   depth_img            r meters of the smaller picture; without COUNT, where the list begins with the visible
+//                        surface, those of its first fragment are written
+// Output with COUNT
 //   proxy_start_buf      twice the length of each list, plus 1 if it begins with the visible surface
-// Input of WRITE   proxy_start_buf    Outputs
-//   proxy_fragment_buf   as fragment_buf
-//   depth_img            metres of the nearest fragment, if the list begins with the visible surface
+// Output without COUNT
+//   proxy_fragment_buf   the fragments, packed as in fragment_buf
 
 #include "lib/footprint.lib.glsl"
 #include "lib/fragment_list.lib.glsl"
@@ -35,9 +43,9 @@ layout(std430) writeonly buffer proxy_fragment_block { uint proxy_fragment_buf[]
 #endif
 
 #define SAME_GROUP 1.03    // relative distance within which surfaces become one fragment
-#define GROUPS_MOST 8
+#define GROUPS_MOST 8      // largest number of groups before the range is cut into even steps
 #define LEAST_COVER 1e-4   // less coverage than this counts as none
-#define WHOLE_COVER 0.9995
+#define WHOLE_COVER 0.9995  // coverage from which a group covers the pixel in full
 #define SIDE_MOST 5        // pixels read along a side of a footprint; larger footprints are sampled evenly
 
 ivec2 whole_size;      // size of the whole picture
@@ -45,9 +53,9 @@ Footprint footprint;
 bool includes_fronts;  // the list includes the visible surfaces, not just those behind
 ivec2 stride;          // step from one pixel read to the next
 float sampled_share;    // share of the footprint that was sampled
-float farthest_front;  // dioptres: pixels that show something farther do not count
-float farthest_group;  // dioptres: range of a list that would be too long; equal if it needs no cuts
-float nearest_group;
+float farthest_front;  // dioptres just beyond what the smaller pixel shows; farther fronts do not count
+float farthest_group;  // dioptres: far and near end of a list that would be too long and is cut into even steps;
+float nearest_group;   // both are equal if it needs no cuts
 
 struct Group {
     vec4 seen;    // rgb and dioptres, times visible share of the pixel
@@ -56,7 +64,8 @@ struct Group {
     float behind_cover;
 };
 
-// Adds a fragment with dioptres from above `low` to `high`; `open` is the visible share of its pixel behind it.
+// Adds a fragment to a group if its dioptres are above `low` and at most `high`. `open` is the open share of its pixel:
+// in front of the fragment before the call, behind it after.
 void add(inout Group group, Fragment fragment, float pixel_share, inout float open, float low, float high) {
     if (!includes_fronts && fragment.coc > farthest_front) return;  // the same surface as the visible one
     if (fragment.coc > low && fragment.coc <= high) {
@@ -69,7 +78,7 @@ void add(inout Group group, Fragment fragment, float pixel_share, inout float op
     open *= 1.0 - fragment.cover;
 }
 
-// The visible surface of a pixel without a list of its own.
+// The visible surface of a pixel whose list does not begin with it, as a fragment.
 Fragment front_of(ivec2 pixel) {
     vec4 x = texelFetch(color_tx, pixel, 0);
     float cover = clamp(x.a, 0.0, 1.0);
@@ -83,7 +92,7 @@ bool is_counted(ivec2 pixel, List list) {
     return list.end > list.first && 1.0 / texelFetch(depth_tx, pixel, 0).r >= farthest_front;
 }
 
-// Gathers everything in the footprint from `high` dioptres down to, but excluding, `low`.
+// The group of all fragments in the footprint from `high` dioptres down to, but excluding, `low`.
 Group group_within(float low, float high) {
     Group group = Group(vec4(0.0), 0.0, vec4(0.0), 0.0);
     for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
@@ -117,7 +126,8 @@ float nearest_from(float high) {
     return nearest;
 }
 
-// The far end, in dioptres, of the group whose nearest fragment is this one.
+// The far end, in dioptres, of the group whose nearest fragment is at `nearest`. It is below 0 if the group takes all
+// that is left, to infinity.
 float end_of_group(float nearest) {
     if (nearest <= 0.0) return -0.5;
     if (farthest_group == nearest_group) return nearest / SAME_GROUP;
@@ -126,7 +136,7 @@ float end_of_group(float nearest) {
     return number == float(GROUPS_MOST - 1) ? -0.5 : min(nearest_group - (number + 1.0) * cut, nearest);
 }
 
-// Sets the state for a pixel of the smaller picture.
+// Sets the variables above for a pixel of the smaller picture.
 void begin(ivec2 at) {
     whole_size = textureSize(color_tx, 0);
     footprint = footprint_of(at, size, whole_size);
@@ -144,7 +154,7 @@ void begin(ivec2 at) {
         }
 }
 
-// Cuts the dioptres evenly if there would be too many groups.
+// Counts the groups from `first` dioptres on. If there are too many, sets the range that is cut evenly.
 void limit_groups(float first) {
     float high = first, least = -1.0, most = -1.0;
     int count = 0;
@@ -172,7 +182,8 @@ void main() {
     if (any(greaterThanEqual(at, size))) return;
     begin(at);
     uint index = uint(at.y * size.x + at.x), count = 0u;
-    // Skip the surface that a flat picture shows, unless the list includes it.
+    // high: dioptres at which the next group begins. Skips the surface that a picture without lists shows, unless the
+    // list includes it. open: share of the smaller pixel that the groups so far leave uncovered.
     float high = includes_fronts ? 1e30 : farthest_front, open = 1.0;
     bool has_front = false, is_first = includes_fronts;
     limit_groups(high);

@@ -1,16 +1,20 @@
-// Builds the fragment lists of a smaller picture from a plate without lists: a pixel whose footprint contains a
-// near and a far surface lists both, each with its colour, coverage and distance. Otherwise a thing
-// narrower than the pixel would be mixed with the surface behind it, and both would be blurred alike.
-// Compiled twice: COUNT writes the length of each list; the other, after peel_starts, the lists themselves.
+// Builds the fragment lists of a smaller picture from a plate without lists. A footprint is the area of the whole
+// picture that a smaller pixel covers; if it contains a near and a far surface, the pixel lists both, each with its
+// color, coverage and distance. Otherwise a thing narrower than the pixel would be mixed with the surface behind it,
+// and both would be blurred alike.
+//
+// Built twice: with COUNT, the pass writes the length of each list; without, after peel_starts.comp.glsl, the lists.
 //
 // Inputs
-//   color_tx, depth_tx   of the whole picture: premultiplied, and metres
-//   places_tx            of the smaller one, not 0 at a highlight (proxy.comp.glsl), which is one surface
-// Output of COUNT
-//   proxy_start_buf      twice the length of each list, plus 1, because it begins with the visible surface
-// Input of the other     proxy_start_buf    Outputs
-//   proxy_fragment_buf   as fragment_buf (lib/fragment_list.lib.glsl)
-//   depth_img            of the smaller picture, metres: of the near surface where there is a list
+//   color_tx, depth_tx   rgba premultiplied, and r meters, of the whole picture
+//   places_tx            of the smaller picture, not 0 at a highlight (proxy.comp.glsl), which counts as one surface
+//   proxy_start_buf      without COUNT: the starts of the lists
+// Output with COUNT
+//   proxy_start_buf      twice the length of each list, 2 or 0, plus 1 if there is one, because it begins with the
+//                        visible surface
+// Outputs without COUNT
+//   proxy_fragment_buf   the fragments, packed as in fragment_buf (lib/fragment_list.lib.glsl)
+//   depth_img            r meters of the near surface, where there is a list, of the smaller picture
 
 #include "lib/footprint.lib.glsl"
 #include "lib/fragment_words.lib.glsl"
@@ -34,16 +38,16 @@ layout(std430) writeonly buffer proxy_fragment_block { uint proxy_fragment_buf[]
 #define LEAST_COVER 1e-4   // less coverage than this counts as none
 
 struct Surface {
-    vec4 color;      // premultiplied, times its share of the footprint
-    float dioptres;  // times its share
-    float share;
+    vec4 color;      // rgba premultiplied, times the share
+    float dioptres;  // times the share
+    float share;     // of the footprint
 };
 
 Footprint footprint;
 
 float dioptres_at(ivec2 pixel) { return 1.0 / texelFetch(depth_tx, pixel, 0).r; }
 
-// Dioptres halfway between the two surfaces, as a ratio; 0 if the footprint holds only one.
+// Dioptres between the near and the far surface of the footprint (their geometric mean); 0 if it holds only one.
 float border() {
     float least = 1e30, most = 0.0;
     for (int y = footprint.first.y; y <= footprint.last.y; ++y)
@@ -72,6 +76,7 @@ Surface surface(float border, bool is_near) {
     return sum;
 }
 
+// Writes a surface as a fragment. `open` is the share of the pixel that nearer surfaces leave uncovered.
 void write_fragment(uint number, Surface surface, float open) {
     vec3 color = surface.color.rgb / max(surface.color.a, LEAST_COVER);
     float cover = clamp(surface.color.a / open, 0.0, 1.0);
@@ -87,6 +92,7 @@ void main() {
     footprint = footprint_of(at, size, textureSize(depth_tx, 0));
 #ifdef COUNT
     bool is_highlight = any(notEqual(texelFetch(places_tx, at, 0), vec4(0.0)));
+    // 5: twice the length 2, plus 1.
     proxy_start_buf[index] = !is_highlight && border() > 0.0 ? 5u : 0u;
 #else
     uint start = proxy_start_buf[index] >> 1;

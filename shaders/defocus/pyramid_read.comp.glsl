@@ -1,31 +1,34 @@
-// Interpolates each pixel between the two pyramid levels that bracket its blur (trilinear, Williams
-// 1983). A linearly read level has a blur of variance (4^level - 1) / 2 px^2 along each axis: the filter
-// adds 1 at each level, in that level's pixels, and interpolation (4^level - 1) / 6. A disc has d^2 / 16;
-// levels are mixed to match it. For an ellipse the levels follow its short axis, and nine taps along the
-// long one make up the difference.
+// Blurs by a pyramid: interpolates each pixel between the two levels whose blur is just below and just above its own
+// (trilinear, Williams 1983).
+//
+// A disc of diameter d has the variance d^2 / 16 along each axis. A level that is read linearly has a blur of variance
+// (4^level - 1) / 2 px^2 along each axis: the filter of pyramid_reduce.comp.glsl adds 1 at each level, in that level's
+// pixels, and interpolation (4^level - 1) / 6. Levels are mixed to match the disc. For an ellipse the levels follow its
+// short axis, and nine taps along the long one make up the difference.
 //
 // Inputs
-//   color_tx       the picture, level 0
-//   pyramid_tx     the levels above it
-//   coc_tx         signed diameter in pixels
+//   color_tx       rgba of the picture, which is level 0
+//   pyramid_tx     rgba of the levels above it, at `places`
+//   coc_tx         r signed coc (circle of confusion, diameter in pixels, negative in front of the focus)
 // Output
-//   out_color_img  rgba
+//   out_color_img  rgba, blurred
 
 #include "lib/aperture.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-#define TAPS 4               // taps on each side
+#define TAPS 4               // taps on each side of the middle one
 #define TAP_SPREAD 2.0       // standard deviation of the taps, in taps
 #define TAPS_VARIANCE 3.4283 // variance of nine taps with these weights, in taps^2
 
 uniform sampler2D color_tx;
 uniform sampler2D pyramid_tx;
 uniform sampler2D coc_tx;
-uniform ivec4 places[PYRAMID_LEVELS_MAX];  // corner, size of level 1, 2, ..
-uniform int levels;                // without level 0
+uniform ivec4 places[PYRAMID_LEVELS_MAX];  // corner and size of level 1, level 2, ..
+uniform int levels;  // number of levels, without level 0
 layout(rgba32f) uniform writeonly image2D out_color_img;
 
+// Variance in px^2 of the blur of a level.
 float level_variance(int level) { return (exp2(2.0 * float(level)) - 1.0) / 2.0; }
 
 // A texel of a level, clamped to its edge.
@@ -59,6 +62,7 @@ void main() {
     if (any(greaterThanEqual(at, textureSize(color_tx, 0)))) return;
     float coc = min(abs(texelFetch(coc_tx, at, 0).r), 1e9);
     vec2 variances = aperture_variances(0.5 * coc);
+    // extra_variance: by how much the long axis is blurred more than the short one.
     float least = min(variances.x, variances.y), extra_variance = max(variances.x, variances.y) - least;
     vec4 color = vec4(0.0);
     if (extra_variance <= 1e-6 * least) {

@@ -1,19 +1,20 @@
-// Computes a level of the pyramid from the one below it: Burt and Adelson's 5 x 5 binomial filter at
-// every second pixel. Pixel i of a level is at pixel 2^level * i of the picture. Levels are side by side
-// in one texture, without the picture itself.
+// Computes a level of the pyramid from the level below it, with Burt and Adelson's 5 x 5 binomial filter at every
+// second pixel. Pixel i of a level is at pixel 2^level * i of the picture. Levels lie side by side in one texture,
+// without the picture itself.
 //
 // Input
-//   source_tx    holds the level below
+//   source_tx    rgba of the level below, at `source_place`: the picture, or the texture of the levels
 // Output
-//   out_img      receives this level
+//   out_img      rgba of this level, at `out_place` in the texture of the levels
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D source_tx;
 uniform ivec4 source_place;  // corner and size of the level below
-uniform ivec4 out_place;
+uniform ivec4 out_place;     // those of this level
 layout(rgba32f) uniform writeonly image2D out_img;
 
+// Along each axis; what lies outside the level is left out, and the sum is divided by the weights used.
 const float WEIGHTS[5] = float[](1.0, 4.0, 6.0, 4.0, 1.0);
 
 void main() {

@@ -1,12 +1,14 @@
 // Enlarges or reduces a picture about a point, by cubic interpolation.
 //
-// Input
-//   from_tx   the picture, as large as the output
+// Inputs
+//   from_tx   rgba, as large as the output
+//   centre    the point that stays where it is, pixels
+//   ratio     how far from `centre` a pixel reads its source, relative to its own distance: above 1 reduces the picture
 // Output
-//   out_img   each pixel reads the source `ratio` times as far from `centre`, clamped to the border
+//   out_img   rgba; what lies beyond the border of the source is read from the border
 //
-// The cubic is Keys 1981 (a = -1/2). Its overshoot is clamped to the range of the pixels around, so that
-// highlights do not ring and colours do not become negative.
+// The cubic is Keys 1981 (a = -1/2). Its overshoot is clamped to the range of the four pixels around, so that
+// highlights do not ring and colors do not become negative.
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -15,7 +17,7 @@ uniform vec2 centre;
 uniform float ratio;
 writeonly uniform image2D out_img;
 
-// The cubic's weights of four neighbouring pixels, for a fraction `t` between the middle two.
+// The cubic's weights of four neighboring pixels, for a fraction `t` between the middle two.
 vec4 weights(float t) {
     float t2 = t * t, t3 = t2 * t;
     return 0.5 * vec4(-t3 + 2.0 * t2 - t, 3.0 * t3 - 5.0 * t2 + 2.0, -3.0 * t3 + 4.0 * t2 + t, t3 - t2);
@@ -32,6 +34,7 @@ void main() {
         for (int i = 0; i < 4; ++i) {
             vec4 value = texelFetch(from_tx, clamp(first + ivec2(i, j) - 1, ivec2(0), size - 1), 0);
             sum += across[i] * down[j] * value;
+            // The middle four pixels give the range of the result.
             if (i == 1 && j == 1) low = high = value;
             if (i > 0 && i < 3 && j > 0 && j < 3) {
                 low = min(low, value);

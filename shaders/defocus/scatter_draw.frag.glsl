@@ -1,4 +1,9 @@
-// Draws a pixel's disc: its share of the pixel's light and coverage, to be added up.
+// Draws the disc of a pixel of the picture: adds the pixel's share of light and coverage to each pixel of the disc
+// (scatter_draw.vert.glsl).
+//
+// Outputs (added up for all discs of a bin of depth)
+//   out_light   rgba of the picture's pixel, times the share
+//   out_cover   r the share; that of green, if colors differ
 
 #include "lib/aperture.lib.glsl"
 
@@ -11,7 +16,7 @@ layout(location = 0) out vec4 out_light;
 layout(location = 1) out float out_cover;
 
 void main() {
-    Cover disc_share = Cover(1.0);
+    Cover disc_share = Cover(1.0);  // a sharp pixel, whose share is negative, keeps all its light
     if (most_of(share) >= 0.0)
         disc_share = share * aperture_coverage(gl_FragCoord.xy - centre, radius, DISC_RAMP_PX, centre);
     if (most_of(disc_share) == 0.0) discard;

@@ -1,4 +1,12 @@
-// Draws a quad around a pixel's disc.
+// Draws a quad around the disc of a pixel of the picture. The pixel's light is scattered over its disc: each pixel
+// inside gets the share 1 / (sum of the coverage of all pixels by the disc), so that no light is lost.
+//
+// Inputs
+//   in_pixel      number of the pixel
+//   color_tx      rgba of the picture
+//   coc_tx        r signed coc (circle of confusion, diameter in pixels, negative in front of the focus)
+// Outputs (see below)
+//   centre, radius, share, color
 
 #include "lib/aperture.lib.glsl"
 
@@ -10,10 +18,10 @@ uniform sampler2D coc_tx;
 uniform float disc_sums[SCATTER_DISC_SUMS];  // sum of the profile over pixels, for each eighth of a pixel of coc
 #endif
 
-flat out vec2 centre;
-flat out float radius;
+flat out vec2 centre;   // of the disc, pixels
+flat out float radius;  // signed, pixels
 flat out Cover share;  // share of its light in a pixel wholly inside; negative: all light stays in its own pixel
-flat out vec4 color;
+flat out vec4 color;  // rgba of the pixel
 
 #ifdef SHAPED
 #define SUMMED_PX 4.0  // discs up to this radius are summed pixel by pixel
@@ -32,7 +40,8 @@ Cover disc_sum(float coc) {
     return sum;
 }
 #else
-// A small disc's coc is rounded to eighths, so that its sum is known exactly. Its sign does not count.
+// The coc of a small disc is rounded to 1 / STEPS_A_PX pixels, so that its sum is in the table disc_sums and no light
+// is lost. The sign of a round disc does not count.
 #define STEPS_A_PX float(SCATTER_STEPS_A_PX)
 
 float round_coc(float coc) {

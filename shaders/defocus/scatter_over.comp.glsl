@@ -1,15 +1,16 @@
-// Composites the summed discs of one bin over the bins behind it, and clears the sums for the next bin.
+// Composites the summed discs of one bin of depth over the farther bins, and clears the sums for the next bin. Bins are
+// drawn far to near.
 //
 // In and out
-//   light_img       rgba of the bin times its cover
-//   cover_img       how much of each pixel the bin's discs cover: more than 1 where discs overlap
-//   out_color_img   rgba so far times its cover; after the nearest bin the picture
-//   out_cover_img   cover so far: less than 1 where hidden surfaces should appear
+//   light_img       rgba of the bin's discs times their share, added up (scatter_draw.frag.glsl); 0 after the pass
+//   cover_img       r share of each pixel that the bin's discs cover, more than 1 where they overlap; 0 after the pass
+//   out_color_img   rgba so far times its cover; after the nearest bin the blurred picture
+//   out_cover_img   r cover so far: less than 1 where hidden surfaces should appear
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform bool is_farthest;
-uniform bool is_nearest;
+uniform bool is_farthest;  // the first bin: nothing is behind it
+uniform bool is_nearest;   // the last bin: the picture is divided by its cover
 layout(rgba32f) uniform image2D light_img;
 layout(r32f) uniform image2D cover_img;
 layout(rgba32f) uniform image2D out_color_img;

@@ -1,14 +1,19 @@
-// Marks every pixel in the active tiles of several layers as visible, in the masks of lib/hidden.lib.glsl.
+// Marks every pixel in the active tiles of several layers as visible, in the masks of lib/hidden.lib.glsl; later,
+// hidden_blocks.comp.glsl clears the hidden ones. An invocation (x, y, z) writes word x of direction y of layer z.
 //
+// Inputs
+//   tile_mask_buf   masks of the layers' active tiles (lib/tile_mask.lib.glsl), `tile_words` words each
+//   layer_sizes     of each layer, in its own pixels
 // Output
-//   bits_buf   32 pixels a word, along each direction; 0 beyond the picture's edge too
+//   bits_buf   for each layer `bits_words` words: 32 pixels a word, along each direction; bits beyond the picture's
+//              edge are 0
 
 #include "lib/hidden.lib.glsl"
 
 layout(local_size_x = WORD_GROUP) in;
 
 uniform ivec2 layer_sizes[2 * LAYERS_MAX];
-uniform int tile_words, bits_words;  // words of a layer
+uniform int tile_words, bits_words;  // words of a layer in tile_mask_buf, and in bits_buf
 layout(std430) readonly buffer tile_mask_block { uint tile_mask_buf[]; };
 layout(std430) writeonly buffer bits_block { uint bits_buf[]; };
 
@@ -20,7 +25,7 @@ int run_in_tile(ivec2 at, ivec2 direction) {
     return direction.x < 0 ? min(run, in_tile.x + 1) : run;
 }
 
-// The first position of a line inside the picture, and the one after its last.
+// The first position of a line of direction k inside the picture, and the one after its last.
 ivec2 line_range(int k, int line, ivec2 size) {
     if (k < 2) return ivec2(0, k == 0 ? size.x : size.y);
     ivec2 ends = k == 2 ? ivec2(size.y - line, size.x + size.y - line) : ivec2(line + 1 - size.x, line + 1);
@@ -35,6 +40,7 @@ void main() {
     ivec2 ends = line_range(k, line, size);
     int first_tile = layer * tile_words, tiles_across = (size.x + TILE - 1) / TILE;
     uint bits = 0u;
+    // Goes through the word by stretches of pixels in the same tile, and sets their bits if the tile is active.
     for (int i = max(begin, ends.x), end = min(begin + 32, ends.y); i < end;) {
         ivec2 at = pixel_of(k, line, i, size), tile = at / TILE;
         int run = min(run_in_tile(at, DIRECTION[k]), end - i);

@@ -1,11 +1,16 @@
-// Plain cyclic reduction, as in the 2006 memo: each stage is a pass over memory, log2(n) of them down
-// and up. Kept as a simple reference for the other two strategies.
+// Solves lines by plain cyclic reduction, as in the memo by Kass, Lefohn and Owens 2006: each stage is a pass over
+// memory, log2(n) of them down and up for n pixels. Kept as a simple reference for the other two strategies.
 //
-// A stage is one dispatch over (pixels, lines). Pixels that are multiples of 2 `reach` survive stage
-// `reach`; the others are eliminated into them (star-mesh, see solve_partition.comp.glsl) and keep
-// the data for back substitution. The whole picture is solved; the tile mask is ignored.
+// A stage is one dispatch over (pixels, lines). In stage `reach`, pixels at multiples of 2 `reach` survive; the others
+// that are left, at odd multiples of `reach`, are eliminated into them (by star-mesh, see solve_partition.comp.glsl),
+// and keep their data for the substitution on the way up. The whole picture is solved; the tile mask is ignored.
 //
-// STAGE: LOAD, REDUCE, SUBSTITUTE or STORE.
+// SYSTEM names the network, a lib file that follows the contract in shaders/README.md. It has POLES systems, which are
+// solved independently of each other; its add_pole combines their solutions. Num is a coefficient, Value four
+// channels, both real or complex (lib/number.lib.glsl).
+//
+// STAGE chooses what the build does: LOAD fills the network from the picture, REDUCE eliminates, SUBSTITUTE solves, and
+// STORE writes the solution.
 
 #include SYSTEM
 
@@ -17,17 +22,21 @@
 layout(local_size_x = CYCLIC_GROUP) in;
 
 struct Link {
-    Num ground, left, right;
+    Num ground, left, right;  // conductances: to ground, to the neighbors that are left
 };
-layout(std430) buffer cyclic_value_block { Value r_buf[]; };
+layout(std430) buffer cyclic_value_block { Value r_buf[]; };  // right-hand sides, then solutions
 layout(std430) buffer cyclic_link_block { Link link_buf[]; };
 
-uniform int reach;
+uniform int reach;  // distance in pixels of neighbors at this stage; 0 in the stage that solves the last survivor
 
+// The index in both buffers of pixel i of line `slot` of the dispatch, for pole p.
 int index_of(int slot, int i, int p) { return (slot * line_length + i) * POLES + p; }
 
+// 1 / (sum of a pixel's conductances).
 Num inverse_sum(Link l) { return inverted(l.ground + l.left + l.right); }
 
+// Reads a pixel and its neighbors, and sets up its part of the network for all poles. Beyond the ends of the line the
+// heat capacity of repeated pixels is added to the ground, with the color of the end itself.
 void load(int slot, ivec2 at, int i) {
     bool has_left = i > 0, has_right = i + 1 < line_length;
     Input here = input_at(at), before = here, after = here;
@@ -45,7 +54,7 @@ void load(int slot, ivec2 at, int i) {
     }
 }
 
-// Eliminates the neighbours of pixel i at a distance of `reach` into it.
+// Eliminates the neighbors of pixel i at a distance of `reach` into it.
 void reduce(int slot, int i, int p) {
     int own = index_of(slot, i, p);
     Link mine = link_buf[own];
@@ -70,7 +79,7 @@ void reduce(int slot, int i, int p) {
     r_buf[own] = r;
 }
 
-// Computes the solution of pixel i from those of its neighbours at a distance of `reach`.
+// Computes the solution of pixel i from those of its neighbors at a distance of `reach`.
 void substitute(int slot, int i, int p) {
     int own = index_of(slot, i, p);
     Link mine = link_buf[own];
@@ -80,6 +89,7 @@ void substitute(int slot, int i, int p) {
     r_buf[own] = mul(inverse_sum(mine), sum);
 }
 
+// Writes the solution of a pixel, from those of all poles.
 void store_answers(int slot, ivec2 at, int i) {
     Output o;
     clear_output(o);
@@ -97,7 +107,7 @@ void main() {
     if (i % (2 * reach) == 0)
         for (int p = 0; p < POLES; ++p) reduce(slot, i, p);
 #elif STAGE == SUBSTITUTE
-    // Stage 0 solves the last survivor, which has no neighbours left.
+    // The first substitution has a reach of 0: it solves the last survivor, which has no neighbors left.
     if (reach > 0 ? i % (2 * reach) == reach : i == 0)
         for (int p = 0; p < POLES; ++p) substitute(slot, i, p);
 #else

@@ -1,23 +1,25 @@
-// Solves a line with many invocations: each eliminates the inside of a run of RUN pixels, the run ends
-// are solved together in shared memory by cyclic reduction, and each run is substituted back.
-// Zhang, Cohen, Owens 2010; Laszlo, Giles, Appleyard 2016. Made for GPUs: every pixel is read from
-// memory once, and intermediate results stay in registers and shared memory.
+// Solves a line with many invocations. Each eliminates the inside of a run of RUN pixels; the last pixels of the runs,
+// the separators, are solved together in shared memory by cyclic reduction; then each run is substituted back. Zhang,
+// Cohen, Owens 2010; Laszlo, Giles, Appleyard 2016. Made for GPUs: every pixel is read from memory once, and
+// intermediate results stay in registers and shared memory.
 //
-// Elimination is star-mesh: taking away a pixel with ground g, source r and conductances b to the
-// left, c to the right joins its neighbours by bc/D, D = g + b + c, and hands them gb/D, rb/D and
-// gc/D, rc/D. Nothing is ever subtracted.
+// A line is a network: each pixel has a conductance (its heat capacity) to ground and one to each neighbor. Elimination
+// is star-mesh: taking away a pixel with ground g, source r and conductances b to the left, c to the right joins its
+// neighbors by bc/D, D = g + b + c, and hands them gb/D, rb/D and gc/D, rc/D. Nothing is ever subtracted.
 //
 //      separator k-1      run k: RUN - 1 inner pixels      separator k
 //   ------[ S ]--------[ i ]--[ i ]--[ i ]--[ i ]------------[ S ]------
 //            `----------- c: conductance to the current pixel
 //
 // A workgroup solves a segment, which is a run of active tiles of a line, in as many lines as it has invocations for
-// (lib/line_segment.lib.glsl): short segments leave few invocations idle, and columns load coalesced. Pixels
+// (lib/line_segment.lib.glsl): short segments leave few invocations idle, and the loads of columns coalesce. Pixels
 // around a segment and beyond the line's end are not connected, and are neither read nor written. Every invocation
 // reaches every barrier.
 //
-// SYSTEM names the network, a lib file that follows the contract in shaders/README.md. To save registers
-// its channels are solved in PARTS, and each pixel is requested in two steps, as the contract says.
+// SYSTEM names the network, a lib file that follows the contract in shaders/README.md. It has POLES systems, which are
+// solved one after the other; its add_pole combines their solutions. To save registers, channels are solved in PARTS,
+// and each pixel is requested in two steps, as the contract says. Num is a coefficient, Value the channels of a part,
+// both real or complex (lib/number.lib.glsl).
 
 #include SYSTEM
 #ifndef Link
@@ -28,24 +30,27 @@
 layout(local_size_x = SOLVER_SLOTS) in;
 
 layout(std430) readonly buffer segment_block {
-    uint segment_groups[3];
-    uint segment_count;
-    uvec2 segment_buf[];
+    uint segment_groups[3];  // workgroups of this pass
+    uint segment_count;      // entries of the list
+    uvec2 segment_buf[];     // x first line, y first tile << 16 | number of tiles
 };
 
+// Of each separator: source, ground, and conductances to the separators on both sides.
 shared Value r_sh[SOLVER_SLOTS];
 shared Num g_sh[SOLVER_SLOTS];
 shared Num left_sh[SOLVER_SLOTS];
 shared Num right_sh[SOLVER_SLOTS];
 
-int lines, lane;  // lines that this workgroup solves at once, and the number of this one; the fastest index
-int runs;         // of each line
+int lines, lane;  // lines that this workgroup solves at once, and the number of this one among them
+int runs;         // number of runs of each line
 
+// The index in shared memory of the separator at the end of a run; neighboring slots belong to neighboring lines.
 int slot_of(int run) { return run * lines + lane; }
 
+// 1 / (sum of a separator's conductances).
 Num inverse_sum_of(int slot) { return inverted(g_sh[slot] + left_sh[slot] + right_sh[slot]); }
 
-// Eliminates the separators `reach` before and after the one that stays.
+// Eliminates the separators `reach` runs before and after the one at the end of `run`, which stays.
 void reduce_onto(int run, int reach) {
     int own = slot_of(run), i = slot_of(run - reach);
     Num share = mul(right_sh[i], inverse_sum_of(i));
@@ -60,7 +65,7 @@ void reduce_onto(int run, int reach) {
     right_sh[own] = mul(right_sh[k], share);
 }
 
-// Computes the solution of a separator from those `reach` before and after it.
+// Computes the solution of a separator from those `reach` runs before and after it.
 void substitute_between(int run, int reach) {
     int own = slot_of(run);
     Value sum = r_sh[own];
@@ -91,14 +96,16 @@ void solve_separators(int worker) {
 // The run of consecutive pixels that one invocation solves.
 struct Run {
     int line, start;        // its line, and its first pixel
-    int first, last;        // its first and last readable pixel, including connected neighbours
+    int first, last;        // its first and last readable pixel, including connected neighbors
     int count;              // pixels to solve, 0 to RUN
     Link link[RUN];
     float b[RUN + 1];       // conductances: to the pixel before, between the pixels, to the pixel after
 };
 
+// The pixel i of the run's line, or the nearest readable one.
 ivec2 clamped_pixel(Run r, int i) { return pixel_at(r.line, clamp(i, r.first, r.last)); }
 
+// Reads the pixels of a run and their conductances; those to pixels outside the segment stay 0.
 void read_links(inout Run r) {
     Link before = link_at(clamped_pixel(r, r.start - 1));
     for (int j = 0; j < RUN; ++j) {
@@ -127,6 +134,8 @@ Run run_from(int line, int start, int begin, int end) {
 bool has_begin(Run r) { return IS_REPEATED && r.count > 0 && r.start == 0; }
 bool has_end(Run r) { return IS_REPEATED && r.count > 0 && r.start + r.count == line_length; }
 
+// Reads the right-hand sides of a run into y. In place of a neighbor that is not connected the pixel itself is given,
+// as the contract asks.
 void read_sources(Run r, int part, int pole, inout Value y[RUN]) {
     if (r.count == 0) return;
     Input before = input_at(clamped_pixel(r, r.start - 1), part, pole);
@@ -143,13 +152,15 @@ void read_sources(Run r, int part, int pole, inout Value y[RUN]) {
 
 // The heat capacity beyond the line's begin and end, where they are in the run.
 struct Ends {
-    Num first, last;
+    Num first, last;  // 0 where the run does not contain that end, or no pixels are repeated
 };
 
+// Finds the heat capacity beyond both ends, in one pole's network.
 Ends ends_of(Run r, int pole) {
     Ends ends = Ends(ZERO_NUM, ZERO_NUM);
     if (has_begin(r)) ends.first = repeated_heat(pole, r.link[0]);
     if (has_end(r)) {
+        // The link of the last pixel, by comparison: a varying index would move the array out of registers.
         Link link = r.link[0];
         for (int j = 1; j < RUN; ++j)
             if (j < r.count) link = r.link[j];
@@ -158,13 +169,15 @@ Ends ends_of(Run r, int pole) {
     return ends;
 }
 
+// The heat capacity of pixel j of a run, with what lies beyond the line's ends; 1 for pixels after the segment, which
+// are connected to nothing.
 Num heat_of(Run r, int j, Ends ends) {
     Num heat = num(j < r.count ? specific_heat(r.link[j]) : 1.0);
     if (j == 0) heat += ends.first;
     return j == r.count - 1 ? heat + ends.last : heat;
 }
 
-// The shares of its neighbours in the solution of an eliminated pixel.
+// The shares in the solution of each eliminated pixel: of the separator before the run, and of the next pixel.
 struct Shares {
     Num left[RUN], next[RUN];
 };
@@ -172,6 +185,8 @@ struct Shares {
 // Eliminates all but the last pixel of a run, whose right-hand sides are in y, onto its two ends.
 void eliminate_run(Run r, int pole, int run, Ends ends, inout Value y[RUN], out Shares shares) {
     int own = slot_of(run);
+    // c: conductance from the separator before the run to the current pixel; g: ground of the current pixel; g_left,
+    // r_left: ground and source handed to the separator before the run so far.
     Num c = flow(pole, r.b[0]), g = heat_of(r, 0, ends), g_left = ZERO_NUM;
     Value r_left = ZERO_VALUE;
     for (int j = 0; j < RUN - 1; ++j) {
@@ -212,12 +227,13 @@ void substitute_run(int run, Shares shares, inout Value y[RUN]) {
     barrier();  // the next pole reuses shared memory
 }
 
+// The right-hand side of a pixel by itself, as if it had no neighbors.
 Value value_at(Run r, int i, int part, int pole) {
     Input here = input_at(pixel_at(r.line, i), part, pole);
     return source(source_of(here, here, here, 0.0, 0.0), part, pole);
 }
 
-// Adds the heat from beyond the line's ends, which has the colour of the end itself.
+// Adds the heat from beyond the line's ends, which has the color of the end itself.
 void add_ends(Run r, Ends ends, int part, int pole, inout Value y[RUN]) {
     if (has_begin(r)) y[0] += mul(ends.first, value_at(r, 0, part, pole));
     if (!has_end(r)) return;

@@ -1,16 +1,19 @@
-// Solves a line with one invocation: forward elimination, backward substitution, all poles at once.
-// It needs the least arithmetic of all strategies, and suits CPUs, where a few wide cores run a line each.
+// Solves a line with one invocation: forward elimination and backward substitution, for all poles at once. It needs the
+// least arithmetic of all strategies, and suits CPUs, where a few wide cores run a line each.
 //
-// In network form: an eliminated pixel passes the share w_i of its heat capacity and of its source to the next one.
-// No diagonal is ever formed, and so nothing cancels next to a wide blur:
+// A line is a network: pixel i has the heat capacity g_i to ground, the source r_i and the conductance b_i to the next
+// pixel. An eliminated pixel passes the share w_i of its heat capacity and of its source to the next one, which then
+// has u_i and s_i in all; y_i is the solution. No diagonal is ever formed, and so nothing cancels next to a wide blur:
 //   u_i = g_i + w_(i-1) u_(i-1)      s_i = r_i + w_(i-1) s_(i-1)      w_i = b_i / (u_i + b_i)
 //   y_i = s_i / (u_i + b_i) + w_i y_(i+1)
 //
-// Memory costs a CPU more than arithmetic: the forward pass stores its state only once for each BLOCK of
-// pixels, and the backward pass eliminates each block again, in registers. Inactive tiles are neither
-// read nor written; nothing flows into them.
+// Memory costs a CPU more than arithmetic: the forward pass stores its state only once for each BLOCK of pixels, and
+// the backward pass eliminates each block again, in registers. Inactive tiles are neither read nor written; nothing
+// flows into them.
 //
-// SYSTEM names the network, a lib file that follows the contract in shaders/README.md.
+// SYSTEM names the network, a lib file that follows the contract in shaders/README.md. It has POLES systems, which are
+// solved independently of each other; its add_pole combines their solutions. Num is a coefficient, Value four
+// channels, both real or complex (lib/number.lib.glsl).
 
 #include SYSTEM
 #include "lib/each.lib.glsl"
@@ -18,6 +21,7 @@
 
 layout(local_size_x = LINES_PER_GROUP) in;
 
+// The state before each block, for each pole: what the previous pixel passes on of its source and heat capacity.
 layout(std430) buffer sweep_value_block { Value s_buf[]; };
 layout(std430) buffer sweep_heat_block { Num u_buf[]; };
 
@@ -35,7 +39,7 @@ layout(std430) buffer sweep_heat_block { Num u_buf[]; };
 #define REPEAT_FIRST_POLE(p) front.heat[p] = repeated_heat(p, here); front.source[p] = mul(front.heat[p], source(r, p));
 #define REPEAT_LAST_POLE(p) y[p] = repeat_end(front.heat[p], front.source[p], repeated_heat(p, here), source(r, p));
 
-// The state carried over from the previous pixels.
+// The state carried over from the previous pixels: w_(i-1) s_(i-1) and w_(i-1) u_(i-1) of each pole.
 struct Front {
     Value source[POLES];
     Num heat[POLES];
@@ -45,13 +49,13 @@ struct Front {
 struct Eliminated {
     Input here;
     Value s[POLES];
-    Num inverse[POLES], w[POLES];
+    Num inverse[POLES], w[POLES];  // 1 / (u_i + b_i), and w_i
 };
 
-// The range of connected pixels around a tile.
+// The range of pixels of a line that count as connected around a tile.
 struct Run {
     int start, end;
-    int joined_end;  // pixels before it have a neighbour after them
+    int joined_end;  // pixels before it have a neighbor after them
 };
 
 // True if a tile of a line is active.
@@ -60,6 +64,8 @@ bool is_active_tile(int line, int tile) {
     return is_tile_active(tile * axis + line / TILE * axis.yx);
 }
 
+// The range around an active tile: on a side with another active tile it goes on to the line's end, which is farther
+// than any use of it.
 Run run_of(int line, int tile) {
     int start = is_active_tile(line, tile - 1) ? 0 : tile * TILE;
     int end = is_active_tile(line, tile + 1) ? line_length : min((tile + 1) * TILE, line_length);
@@ -81,6 +87,7 @@ int last_active(int line, int tile) {
 // The number of blocks in a tile.
 int blocks_of(int tile) { return (min(line_length - tile * TILE, TILE) + BLOCK - 1) / BLOCK; }
 
+// The pixel i of a line, or the nearest one in the range.
 Input input_in(int line, Run run, int i) {
     return input_at(pixel_at(line, clamp(i, run.start, run.end - 1)));
 }
@@ -91,6 +98,7 @@ struct PixelPair {
     float b_in;
 };
 
+// Reads pixel i and its predecessor; nothing flows in before the first pixel of the range.
 PixelPair pair_at(int line, Run run, int i) {
     PixelPair at;
     at.here = input_in(line, run, i);
@@ -99,6 +107,7 @@ PixelPair pair_at(int line, Run run, int i) {
     return at;
 }
 
+// Eliminates a pixel in one pole's network: r is its right-hand side, b_out the conductance to the next pixel.
 void eliminate_pole(inout Front front, Input here, Value r, float b_out, int p, inout Eliminated removed) {
     Num to_next = flow(p, b_out), u = num(specific_heat(here)) + front.heat[p];
     Value s = r + front.source[p];
@@ -120,8 +129,10 @@ void eliminate(inout Front front, inout PixelPair at, int line, Run run, int i, 
     at = PixelPair(at.here, after, b_out);
 }
 
+// The index of the state before the block of pixel i, for pole p.
 int state_index(int slot, int i, int p) { return (slot * BLOCKS_PER_LINE + i / BLOCK) * POLES + p; }
 
+// Sets the state to that before a pixel without a predecessor.
 void clear_front(out Front front) {
     EACH_POLE(CLEAR_FRONT_POLE)
 }
@@ -132,11 +143,14 @@ void repeat_first(inout Front front, Input here) {
     EACH_POLE(REPEAT_FIRST_POLE)
 }
 
+// The solution right after the line's last pixel, with the value x of that pixel: one more pixel of heat capacity 1,
+// and the repeated pixels `beyond` it.
 Value repeat_end(Num heat, Value from_before, Num beyond, Value x) {
     Num whole = num(1.0) + beyond;
     return mul(inverted(heat + whole), from_before + mul(whole, x));
 }
 
+// Computes that solution for all poles.
 void repeat_last(Front front, Input here, inout Value y[POLES]) {
     Source r = source_of(here, here, here, 0.0, 0.0);
     EACH_POLE(REPEAT_LAST_POLE)
@@ -174,9 +188,12 @@ void eliminate_forward(int line, int slot, int tiles, out Value y[POLES]) {
         } while (++block < blocks);
         tile = next_active(line, tile + 1, tiles);
     } while (tile < tiles);
+    // A loop in place of an if: a software rasterizer runs both sides of every branch (shaders/README.md).
     for (int n = IS_REPEATED && is_active_tile(line, tiles - 1) ? 1 : 0; n > 0; --n) repeat_last(front, at.here, y);
 }
 
+// Computes the solution of an eliminated pixel from y, that of the next pixel, and stores it if `is_inside`. y becomes
+// the solution of this pixel.
 void substitute(Eliminated removed, inout Value y[POLES], ivec2 at, bool is_inside) {
     Output o;
     clear_output(o);

@@ -1,12 +1,15 @@
-// Finds the layers with content in each tile of the picture, those through which something farther can be seen,
-// and the nearest circle of confusion there.
+// Finds, for each tile of the picture, the layers that have content there, and the layers that are open: something
+// farther may be seen through them. A layer is a range of signed coc (circle of confusion: diameter in pixels, negative
+// in front of the focus); layers are numbered from the farthest on. Also finds the least coc in each tile.
 //
 // Inputs
-//   coc_tx      signed coc, pixels
-//   kind_tx, near_tx   fragments of rim pixels
-// Output
-//   content_buf see lib/tile_content.lib.glsl
-//   out_nearest_img   least signed coc in the tile, pixels, of visible and listed surfaces
+//   coc_tx      r coc
+//   kind_tx     r kind of the pixel (lib/kind.lib.glsl)
+//   near_tx     a coc of the second fragment of rim pixels (fragments_far.comp.glsl, fragments_near.comp.glsl)
+//   with LISTS: fragment lists (lib/fragment_list.lib.glsl)
+// Outputs
+//   content_buf       a word for each tile, see lib/tile_content.lib.glsl
+//   out_nearest_img   r least coc in the tile, of visible and listed surfaces
 
 #include "lib/kind.lib.glsl"
 #include "lib/tile_content.lib.glsl"
@@ -35,11 +38,12 @@ layout(r32f) uniform writeonly image2D out_nearest_img;
 
 // The layers of the surfaces of a pixel, as bits.
 struct Known {
-    uint content;
+    uint content;  // a surface is in the layer, in full or in part
     uint closed;   // an opaque surface covers the layer in full
     uint reached;  // a surface is known in the layer or farther
 };
 
+// The bits of a layer and of all nearer ones.
 uint all_from(int layer) { return ~0u << layer; }
 
 // Adds a surface of a pixel to its layers.
@@ -54,6 +58,7 @@ void add_surface(inout Known known, float coc, bool is_opaque) {
 // Adds the layers of a pixel to those of its tile.
 void add_pixel(ivec2 at, inout uint content, inout float nearest) {
     float coc = texelFetch(coc_tx, at, 0).r, kind = texelFetch(kind_tx, at, 0).r;
+    // other: coc of the second surface of a rim pixel.
     float other = kind == FAR_RIM || kind == NEAR_RIM ? texelFetch(near_tx, at, 0).a : coc;
     nearest = min(nearest, coc);
     bool is_whole = true;
@@ -80,7 +85,7 @@ void add_pixel(ivec2 at, inout uint content, inout float nearest) {
 shared uint content_sh[TILE_GROUP * TILE_GROUP];
 shared uint nearest_sh[TILE_GROUP * TILE_GROUP];
 
-// Whole numbers in the order of the floats.
+// Converts a float to a whole number and back; the numbers have the order of the floats, as atomicMin needs.
 uint to_order(float a) {
     uint bits = floatBitsToUint(a);
     return bits >> 31 == 1u ? ~bits : bits | 0x80000000u;

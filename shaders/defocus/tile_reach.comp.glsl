@@ -1,21 +1,25 @@
-// Finds the tiles in which a layer's blur can be visible or is needed: near its content, and where all nearer
-// layers have holes within reach. All layers at once.
+// Finds the tiles in which a layer's blur can be visible or is needed: near its content, and where all nearer layers
+// are open within reach. Does this for all layers at once: an invocation handles one tile of one layer.
 //
-// Inputs (tile_reach_rows.comp.glsl)
-//   distance_buf   tiles along the row to the next with content
-//   hole_buf       the same to the next that is open
-//   hider_buf      least signed coc in the tile, pixels of the picture
-// Output
-//   tile_mask_buf  see lib/tile_mask.lib.glsl
-//   tile lists     the same tiles one by one (lib/tile_list.lib.glsl)
+// Words: reach, the distance to which content or an opening has an effect; hole, a tile in which a layer is open, so
+// that something farther may be seen through it (lib/tile_content.lib.glsl); coc, signed circle of confusion, diameter
+// in pixels, negative in front of the focus. The same layer can be there twice, at two sizes.
+//
+// Inputs (all from tile_reach_rows.comp.glsl)
+//   distance_buf   for each tile of a layer the number of tiles along the row to the next with content, or FAR_AWAY
+//   hole_buf       for each tile of the picture the same to the next hole of the layer
+//   hider_buf      for each tile of a layer the least coc in the tile, in pixels of the picture
+// Outputs
+//   tile_mask_buf  1 for active tiles, else 0, see lib/tile_mask.lib.glsl
+//   tile lists     the active tiles one by one (lib/tile_list.lib.glsl)
 
 #include "lib/tile_reach.lib.glsl"
 
 layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
 
-uniform vec2 layer_px[2 * LAYERS_MAX];  // reach of a layer's content by its own blur; its widest |coc|
-uniform float wider_scale;          // axis scale of the wider axis
-uniform float margin_px;
+uniform vec2 layer_px[2 * LAYERS_MAX];  // x reach of a layer's content by its own blur, y its widest |coc|, pixels
+uniform float wider_scale;          // half extent of the lens's disc along its wider axis, for a radius of 1
+uniform float margin_px;            // added to every reach
 uniform int layer_count;
 uniform int slices;                 // number of slices in which a later pass works through a list
 layout(std430) readonly buffer distance_block { int distance_buf[]; };
@@ -23,7 +27,7 @@ layout(std430) readonly buffer hole_block { int hole_buf[]; };
 layout(std430) readonly buffer hider_block { float hider_buf[]; };
 layout(std430) writeonly buffer tile_mask_block { uint tile_mask_buf[]; };
 
-// Picture pixels between the nearest corners of two tiles this many tiles of the picture apart.
+// Distance in pixels between the nearest points of two tiles that are this many tiles of the picture apart.
 float gap_px(int across, int down) { return length(vec2(max(ivec2(across, down) - 1, 0) * TILE)); }
 
 // Distance from a tile to the nearest tile with content of its layer, pixels; 1e30 for none within reach.
@@ -38,7 +42,7 @@ float content_distance_px(LayerTile tile) {
     return distance_px;
 }
 
-// True if a layer is open within reach of a tile of another layer.
+// True if the layer `layer` has a hole within `reach_px` of a tile of another layer.
 bool has_hole(LayerTile tile, int layer, float reach_px) {
     ivec2 first = tile.at * tile.reduction, last = min(first + tile.reduction, picture_tiles) - 1;
     int reach = int(reach_px) / TILE + 1, end = min(last.y + reach, picture_tiles.y - 1);
@@ -51,7 +55,7 @@ bool has_hole(LayerTile tile, int layer, float reach_px) {
     return distance_px <= reach_px;
 }
 
-// True if a nearer layer is closed within reach of the tile.
+// True if some nearer layer has no hole within `reach_px` of the tile.
 bool is_covered(LayerTile tile, float reach_px) {
     bool is_open = true;
     for (int other = tile.layer + 1; other < layer_count && is_open; ++other)
@@ -62,6 +66,7 @@ bool is_covered(LayerTile tile, float reach_px) {
 // Appends an active tile to the list of its layer.
 void list_tile(LayerTile tile) {
     int first = tile.layer * list_words;
+    // Words 0 and 3 are the workgroups of two later passes, word 6 is the number of tiles.
     uint slot = atomicAdd(tile_list_buf[first + 6], 1u), parts = uint(slices);
     if (slot % parts == 0u && slot / parts < TILE_GROUPS_MAX) atomicAdd(tile_list_buf[first], 1u);
     if (slot < TILE_GROUPS_MAX) atomicAdd(tile_list_buf[first + 3], 1u);
@@ -72,6 +77,7 @@ void main() {
     LayerTile tile = layer_tile();
     if (any(greaterThanEqual(tile.at, tile.count))) return;
     vec2 px = layer_px[tile.layer];
+    // uncovered_px: as far as the nearest surface and this layer move relative to each other, seen across the lens.
     float uncovered_px = wider_scale * (max(-hider_buf[word_of(tile, tile.at)], 0.0) + px.y) / 2.0;
     float reach_px = max(px.x, uncovered_px) + margin_px;
     bool is_needed = content_distance_px(tile) <= reach_px && !is_covered(tile, reach_px);

@@ -1,15 +1,17 @@
 // Measures two distances along rows of tiles: from each tile of a layer to the next tile with content, and from each
-// tile of the picture to the next tile in which the layer is open. Also clears the lists of tiles.
+// tile of the picture to the next hole, which is a tile in which the layer is open (lib/tile_content.lib.glsl). Also
+// empties the lists of tiles. An invocation handles one tile of one layer.
 //
-// A tile of a layer processed at 1/2, 1/4 or 1/8 size stands for several tiles of the picture.
+// A layer processed at 1/2, 1/4 or 1/8 size has fewer tiles: each stands for several tiles of the picture.
 //
 // Inputs
-//   content_buf, nearest_tx   of the picture's tiles (tile_layers.comp.glsl)
-// Outputs (one for each tile of each layer)
-//   distance_buf   tiles along the row to the next with content; FAR_AWAY: there is none
-//   hole_buf       the same to the next that is open, but for each tile of the picture
-//   hider_buf      least signed coc in the tile, pixels of the picture
-//   tile lists     without tiles (lib/tile_list.lib.glsl)
+//   content_buf    word of each tile of the picture (tile_layers.comp.glsl)
+//   nearest_tx     r least signed coc in each tile of the picture (circle of confusion, diameter in pixels)
+// Outputs
+//   distance_buf   for each tile of each layer the number of tiles to the next with content; FAR_AWAY for none
+//   hole_buf       for each layer and tile of the picture the number of tiles to the next hole; FAR_AWAY for none
+//   hider_buf      for each tile of each layer the least signed coc in the tile, in pixels of the picture
+//   tile lists     heads of lists without tiles (lib/tile_list.lib.glsl)
 
 #include "lib/tile_content.lib.glsl"
 #include "lib/tile_reach.lib.glsl"
@@ -23,6 +25,7 @@ layout(std430) writeonly buffer distance_block { int distance_buf[]; };
 layout(std430) writeonly buffer hole_block { int hole_buf[]; };
 layout(std430) writeonly buffer hider_block { float hider_buf[]; };
 
+// True if the layer has content in its tile `at`.
 bool has_content(LayerTile tile, ivec2 at) {
     uint content = 0u;
     ivec2 first = at * tile.reduction, end = min(first + tile.reduction, picture_tiles);
@@ -31,6 +34,7 @@ bool has_content(LayerTile tile, ivec2 at) {
     return has_content(content, layer_number[tile.layer]);
 }
 
+// The word of a tile of the picture; 0 beyond the ends of the row.
 uint word_at(ivec2 at) {
     return at.x < 0 || at.x >= picture_tiles.x ? 0u : content_buf[at.y * picture_tiles.x + at.x];
 }
@@ -45,7 +49,7 @@ void find_hole(LayerTile tile) {
     hole_buf[hole_word(tile.layer, tile.at)] = distance;
 }
 
-// The least signed coc in a tile of a layer.
+// The least signed coc in a tile of a layer, from the tiles of the picture for which it stands.
 float nearest_in(LayerTile tile) {
     float nearest = 1e30;
     ivec2 first = tile.at * tile.reduction, end = min(first + tile.reduction, picture_tiles);
@@ -54,6 +58,8 @@ float nearest_in(LayerTile tile) {
     return nearest;
 }
 
+// Writes the head of an empty list: no workgroups and no tiles. In the pass over the picture, a tile has `reduction` x
+// `reduction` workgroups.
 void empty_list(LayerTile tile) {
     int first = tile.layer * list_words;
     for (int i = 0; i < TILE_LIST_HEAD; ++i) tile_list_buf[first + i] = 0u;

@@ -1,9 +1,9 @@
-// Converts a picture to display values, over black.
+// Converts a picture over black to display values, by the view's transform (lib/view.lib.glsl).
 //
 // Input
-//   picture_tx        scene-linear rgb, premultiplied; its alpha does not count
+//   picture_tx        scene-linear rgb, premultiplied; its alpha is not used
 // Output
-//   out_display_img   display values, alpha 1; rounded to the image's own format
+//   out_display_img   rgb display values, alpha 1; rounded to the format of the image
 
 #include "lib/view.lib.glsl"
 

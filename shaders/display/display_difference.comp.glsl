@@ -1,10 +1,12 @@
-// Shows the difference of two pictures: taken in linear light, then sent through the display transform.
+// Shows the difference of two pictures a and b. It is taken in linear light and then converted to display values.
 //
 // Inputs
-//   a_tx, b_tx        scene-linear rgb, premultiplied; b may have another size and is then stretched
-//                     over a, bilinear between its pixels
+//   a_tx              scene-linear rgb, premultiplied
+//   b_tx              the same of the other picture. If its size differs, it is stretched over a, with bilinear
+//                     interpolation between its pixels.
+//   gain              factor on the difference
 // Output
-//   out_display_img   display values of |a - b| gain, alpha 1; the size of a
+//   out_display_img   rgb display values of gain |a - b|, alpha 1; of the size of a
 
 #include "lib/view.lib.glsl"
 
@@ -15,11 +17,13 @@ uniform sampler2D b_tx;
 uniform float gain;
 writeonly uniform image2D out_display_img;
 
+// A pixel of b; beyond its border the nearest one.
 vec3 b_pixel(ivec2 at) {
     return finite(texelFetch(b_tx, clamp(at, ivec2(0), textureSize(b_tx, 0) - 1), 0).rgb);
 }
 
-// Interpolated here, so that pictures of equal size match pixel by pixel whatever the texture's filter.
+// Picture b at a pixel of a. It is interpolated here, and not by the texture's filter, so that pictures of equal size
+// match pixel by pixel.
 vec3 b_at(ivec2 at) {
     vec2 stretch = vec2(textureSize(b_tx, 0)) / vec2(textureSize(a_tx, 0));
     vec2 b_position = (vec2(at) + 0.5) * stretch - 0.5;

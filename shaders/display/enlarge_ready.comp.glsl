@@ -1,17 +1,17 @@
-// Sharpens a small picture before it is enlarged, to make up for the softening of bilinear
-// enlargement: a preview is then no softer than its resolution requires.
+// Sharpens a small picture before it is enlarged, to make up for the softening of bilinear enlargement. A preview is
+// then no softer than its resolution requires.
 //
 // Input
-//   picture_tx   display values
+//   picture_tx   rgb display values
 // Output
-//   out_img      the same size, alpha 1
+//   out_img      rgb display values, sharpened, alpha 1; the same size
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D picture_tx;
 writeonly uniform image2D out_img;
 
-#define SHARPER 0.5  // share of the difference from the local mean; gives previews the lowest mean FLIP error
+#define SHARPER 0.5  // share of the difference from the local mean to add; gives previews the lowest mean FLIP error
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_img);

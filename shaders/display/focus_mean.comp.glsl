@@ -1,12 +1,12 @@
-// Reduces the plate to the size of a preview: each pixel is the mean of the plate's pixels in focus under it. The
-// plain mean would include the colour of blurred objects at their silhouettes, which the preview spreads.
+// Reduces the plate to the size of a preview. Each pixel is the mean of those pixels of the plate under it that are in
+// focus. The plain mean would include the color of blurred objects at their silhouettes, which the preview spreads.
 //
 // Inputs
-//   color_tx   the plate, scene-linear, premultiplied
-//   depth_tx   of the plate, see lib/focus_share.lib.glsl
-//   mean_tx    the plain mean of the plate, at the preview's size
+//   color_tx   the plate, scene-linear rgb, premultiplied, and alpha
+//   depth_tx   r depth of the plate, see lib/focus_share.lib.glsl
+//   mean_tx    the plain mean of the plate, at the size of the preview
 // Output
-//   out_img    the mean of the pixels in focus; the plain mean where all or none are in focus
+//   out_img    rgba mean of the pixels in focus; the plain mean where all or none are in focus
 
 #include "lib/footprint.lib.glsl"
 #include "lib/focus_share.lib.glsl"
@@ -18,15 +18,17 @@ uniform sampler2D depth_tx;
 uniform sampler2D mean_tx;
 layout(rgba32f) uniform writeonly image2D out_img;
 
+// Diameter of the circle of confusion at a pixel of the plate, in pixels.
 float width_at(ivec2 pixel) { return width_px(texelFetch(depth_tx, pixel, 0).r, pixel); }
 
-// The next pixel of a footprint, row by row: one flat loop is cheaper without a GPU than two.
+// The next pixel of a footprint, row by row. Without a GPU one flat loop is cheaper than a loop inside a loop.
 ivec2 after(ivec2 pixel, Footprint footprint) {
     bool is_last = pixel.x == footprint.last.x;
     return is_last ? ivec2(footprint.first.x, pixel.y + 1) : pixel + ivec2(1, 0);
 }
 
-// The mean of the pixels in focus; of the first pixel alone unless `is_needed`, which saves time.
+// The mean of the pixels of a footprint, weighted by how far they are in focus. Unless `is_needed` the loop ends after
+// the first pixel, which saves time, and the result is not used.
 vec4 mean_in_focus(Footprint footprint, bool is_needed) {
     vec4 sum = vec4(0.0);
     float weight = 0.0;

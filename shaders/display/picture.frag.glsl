@@ -1,14 +1,14 @@
-// Draws a picture on the screen, its first row on top.
+// Draws a picture on the screen, with its first row at the top, in the rectangle of picture.vert.glsl.
 //
 // Input
-//   picture_tx   display values, straight alpha
+//   picture_tx   rgb display values, straight alpha
 // Output
-//   out_color    the same in screen pixels inside the picture
+//   out_color    the same, at a pixel of the screen
 
 uniform sampler2D picture_tx;
 uniform vec2 first_px;    // corners of the picture, in pixels of the screen, y down
 uniform vec2 last_px;
-uniform vec2 screen_px;
+uniform vec2 screen_px;   // size of the screen
 uniform bool is_nearest;  // show texels as squares; else use the texture's filter
 
 out vec4 out_color;

@@ -1,4 +1,4 @@
-// Draws the rectangle of a picture on the screen.
+// Draws the rectangle that a picture fills on the screen. The fragment shader colors its pixels.
 
 uniform vec2 first_px;   // its corners, in pixels of the screen, y down
 uniform vec2 last_px;

@@ -1,16 +1,16 @@
 // Shows a preview on the screen, with the fine detail of areas in focus added from the plate.
 //
-// The difference between the plate and the plate at preview size is the detail that the preview lacks.
-// It is added where the circle of confusion is small, and where the preview shows what the plate has
-// there: a blurred foreground that spills over an area in focus hides its detail too.
+// The detail that the preview lacks is the difference between the plate and the plate at preview size. It is added
+// where the circle of confusion is small and the preview shows the same as the plate. Where it shows something else, a
+// blurred foreground spills over an area in focus, and hides the detail too.
 //
 // Inputs
-//   picture_tx   the preview, display values
-//   plate_tx     the plate, display values
-//   coarse_tx    the parts of the plate in focus, at the preview's size (focus_mean), display values
-//   depth_tx     of the plate, see lib/focus_share.lib.glsl
+//   picture_tx   the preview, rgb display values
+//   plate_tx     the plate, rgb display values
+//   coarse_tx    the parts of the plate in focus, at the size of the preview (focus_mean.comp.glsl), rgb display values
+//   depth_tx     r depth of the plate, see lib/focus_share.lib.glsl
 // Output
-//   out_color    display values, in screen pixels inside the picture
+//   out_color    rgb display values at a pixel of the screen, alpha 1
 
 #include "lib/focus_share.lib.glsl"
 
@@ -20,12 +20,12 @@ uniform sampler2D coarse_tx;
 uniform sampler2D depth_tx;
 uniform vec2 first_px;         // corners of the picture, in pixels of the screen, y down
 uniform vec2 last_px;
-uniform vec2 screen_px;
+uniform vec2 screen_px;        // size of the screen
 
 out vec4 out_color;
 
-// Differences of display values from which the foreground begins to hide the detail, and from which it hides all of it.
-// They give previews the lowest mean FLIP error.
+// Differences between preview and coarse plate, in display values: from BARE on the foreground begins to hide the
+// detail, from HIDDEN on it hides all of it. These values give previews the lowest mean FLIP error.
 #define BARE 0.06
 #define HIDDEN 0.25
 

@@ -1,7 +1,8 @@
-// Copies a picture texel by texel, 32 bytes a pixel, to measure the memory bandwidth of this machine.
+// Copies a picture pixel by pixel, to measure the memory bandwidth of this machine. Each pixel moves 32 bytes: 16 are
+// read and 16 are written.
 //
 // Input
-//   color_tx        rgba32f
+//   color_tx        rgba, 32-bit floats
 // Output
 //   out_color_img   the same
 

@@ -1,16 +1,20 @@
 // The cheapest diffusion along lines: Thomas elimination with given conductances, one invocation a line.
-// Two of these, one for rows and one for columns, are the yardstick for the time of a frame.
+// Two such sweeps, one along rows and one along columns, are the yardstick for the time of a frame.
 //
-// For each pixel i of a line, with b_i the conductance to the next one (0 at the line's end):
+// The diffused color y of a line solves one equation for each pixel i. r_i is the color before, and b_i is the
+// conductance to the next pixel, which is 0 at the end of the line:
 //   -b_(i-1) y_(i-1) + (1 + b_(i-1) + b_i) y_i - b_i y_(i+1) = r_i
 //
+// The elimination goes forward and expresses each y_i by the next one: y_i = part_i + weight_i y_(i+1). The
+// substitution then goes back from the last pixel.
+//
 // Inputs
-//   conductance_img   between a pixel and the next one along `axis`
-//   color_img         r
+//   conductance_img   r conductance b between a pixel and the next one along `axis`
+//   color_img         rgba before the diffusion
 // Scratch
-//   weight_buf, part_buf   y_i = part_i + weight_i y_(i+1), pixels of a line side by side
+//   weight_buf, part_buf   weight and part; the pixels of a line follow each other
 // Output
-//   out_color_img     y
+//   out_color_img     rgba after the diffusion
 
 layout(local_size_x = ROW_GROUP) in;
 

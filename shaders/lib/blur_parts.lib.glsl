@@ -1,18 +1,23 @@
 // The blur of lib/blur_system.lib.glsl for a strategy whose invocations keep several pixels in
 // registers (solve_partition.comp.glsl). Registers do not suffice for every pole of every pixel at once: the
-// channels are solved in PARTS, and data that differs by pole is read when that pole is solved.
+// channels (red, green, blue, alpha) are solved in one or two PARTS, and data that differs by pole is read when that
+// pole is solved. The symbols are those of lib/blur_system.lib.glsl.
 //
-// Rows keep the answers of one part as halves until they can mix them. Between rows and columns a texel
-// holds eight halves if HALF_POLES: all channels of one pole where there is one part; else the channels
-// of one part, of two poles that follow each other, and both parts of the last pole of an odd number.
-// Without HALF_POLES it holds four floats of one pole.
+// Rows keep the solutions of one part until all poles are solved and can be mixed, as halves with HALF_POLES.
+//
+// A texel between rows and columns contains:
+//   HALF_POLES, one part    eight halves: all channels of one pole
+//   HALF_POLES, two parts   eight halves: the channels of one part, for two successive poles. If the number of poles
+//                           is odd, the texel of the last pole contains both of its parts instead.
+//   without HALF_POLES      four floats of one pole
 
-#define Link float  // square of the diameter along this axis
+#define Link float  // square of the diameter along this axis; all that the conductances depend on
 
 Link link_at(ivec2 at) { return diameter_2_at(at); }
 float conductance(Link a, Link b) { return min(a, b); }
 float specific_heat(Link here) { return 1.0; }
 Num repeated_heat(int pole, Link here) { return repeated_heat_of(pole, here); }
+// Packed: a Value as it is stored, of one pole and part. Texel: what a texture fetch returns.
 #ifndef HALF_POLES
 #define Packed Value
 #define Texel vec4
@@ -69,10 +74,11 @@ Value source(Source s, int part, int pole) {
 #endif
 }
 
+// The solution of each pole of the rows, for one part.
 struct Output {
     Packed z[POLES];
 #if HAS_SINGLE_POLE
-    Packed single;  // the first part of the last pole, mixed
+    Packed single;  // the first part of the last pole, mixed; kept until its second part is mixed
 #endif
 };
 
@@ -98,6 +104,7 @@ Packed mix_poles(Output o, int k) {
 
 void write_texel(ivec2 at, int layer, Texel texel) { imageStore(out_poles_img, ivec3(at, layer), texel); }
 
+// Mixes the solutions of a part and writes them, if the pixel is inside the picture.
 void store(ivec2 at, Link here, bool is_inside, inout Output o, int part) {
 #if POLES_PER_TEXEL == 2
     for (int k = 0; k + 1 < POLES; k += 2) {
@@ -138,6 +145,7 @@ struct Source {
     Value z;
 };
 
+// The rows' output at a pixel, in one layer of the texture.
 Texel texel_at(ivec2 at, int layer) { return texelFetch(poles_tx, ivec3(at, layer), 0); }
 
 Input input_at(ivec2 at, int part, int pole) {

@@ -1,20 +1,29 @@
-// The network that blurs a line: a chain of pixels, each with a specific heat of 1 to ground and a
-// conductance to its neighbours, kappa * min(d, d')^2 with d the diameter of the circle of confusion
-// along this axis. Where either neighbour is in focus nothing flows.
-// (Kass, Lefohn, Owens 2006, section 3; kappa complex: a rational function of the line's Laplacian.)
+// The network of heat that blurs a line of a picture by its circle of confusion (coc).
 //
-// Rows produce one image for each pole of the columns; the columns solve these and add the real parts:
+// The network is a chain of pixels. Each pixel has a specific heat of 1 to ground and a conductance to its
+// neighbors, kappa * min(d, d')^2, where d and d' are the diameters of the coc of the two pixels along this axis.
+// Where either of the two is in focus nothing flows. (Kass, Lefohn, Owens 2006, section 3. There kappa is real;
+// with complex kappa the blur is a rational function of the line's Laplacian.)
+//
+// A kernel (render/defocus/kernels.py) consists of poles, one kappa each, and of mixing weights M_ab. L_x and L_y
+// are the Laplacians along rows and columns, with the squared diameters as conductances. Rows produce one image z_b
+// for each pole b of the columns from the picture x; the columns solve these and add the real parts to the result y:
 //   z_b = sum_a M_ab / m_b (1 + kappa_a L_x)^-1 x      y = Re sum_b m_b (1 + kappa_b L_y)^-1 z_b
 // with m_b = sum_a M_ab, so that a uniform picture stays exactly uniform, also between rows and columns.
 //
+// The Laplacian is the compact one of lib/compact.lib.glsl, with its constant c: `flow` returns kappa d^2 - c, and
+// `source_of` returns (1 - c L) of its input.
+//
 // Inputs
-//   coc_tx      signed circle of confusion, diameter in pixels
+//   coc_tx      signed coc, diameter in pixels
 //   source_tx   rows only: rgb scene-linear times coverage, a coverage
-//   color_tx    columns only: the colour of pixels that are exactly in focus
-//   poles_tx    columns only: output of the rows; one layer a pole, eight halves in its four words,
-//               if HALF_POLES, else floats, two layers a pole (real, imaginary) if COMPLEX
+//   color_tx    columns only: the color of pixels that are exactly in focus
+//   poles_tx    columns only: the output of the rows. With HALF_POLES it has one layer a pole, with eight halves in
+//               its four words. Otherwise it has floats, and two layers a pole (real, imaginary) if COMPLEX.
 // Outputs
-//   out_poles_img (rows)    color_img (columns; with is_over also read: what the blurred picture covers)
+//   out_poles_img   rows only: the images z_b, stored as described for poles_tx
+//   color_img       columns only: the result y. With is_over it is also read: the blurred picture is composited
+//                   over it.
 //
 // The functions of this file keep the contract of shaders/README.md.
 
@@ -24,10 +33,10 @@
 #include "lib/strips.lib.glsl"
 
 uniform sampler2D coc_tx;
-uniform float axis_scale;      // diameter along this axis / coc_tx, from the aperture's spread and the pixel aspect
+uniform float axis_scale;      // diameter along this axis / that of coc_tx: the aperture's spread and the pixel aspect
 uniform float least_px;        // smallest diameter: pixels with a smaller coc get this one
-uniform float resampled_px_2;  // blur that reducing and enlarging a smaller picture adds by themselves
-uniform Num kappa[POLES];
+uniform float resampled_px_2;  // squared diameter of the blur that comes from reducing and enlarging a picture
+uniform Num kappa[POLES];  // one for each pole of the kernel
 
 #ifdef ROWS
 uniform Num mix_weights[POLES * POLES];  // M_ab / m_b
@@ -46,10 +55,11 @@ uniform sampler2DArray poles_tx;
 uniform sampler2D color_tx;
 uniform Num sum_weights[POLES];  // m_b
 layout(rgba32f) uniform image2D color_img;
-uniform bool is_over;
+uniform bool is_over;  // composite over what color_img contains, instead of replacing it
 #include "lib/over.lib.glsl"
 
-// A pixel exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding.
+// Writes a pixel of the result. A pixel exactly in focus keeps its value bit for bit, because the weights sum to 1
+// only up to rounding.
 void store_color(ivec2 at, vec4 y, bool is_in_focus) {
     if (is_in_focus) y = texelFetch(color_tx, at, 0);
     if (is_over) y = composite_over(y, imageLoad(color_img, at).rgb);
@@ -63,9 +73,10 @@ void store_color(ivec2 at, vec4 y, bool is_in_focus) {
 uniform vec2 side_variances;   // in front of the focus and behind it, relative to a round disc
 uniform vec2 field_middle_px;
 uniform vec2 field_per_px;     // 1 / distance from the middle to a corner, in pixels across and down
-uniform vec2 field_variances[FIELD_STEPS];  // radially and tangentially, in even steps, relative to the centre
+uniform vec2 field_variances[FIELD_STEPS];  // radially and tangentially, in even steps, relative to the center
 
-// Variance of the opening along this axis at a pixel, relative to that of a round disc.
+// Variance of the opening along this axis at a pixel, relative to that of a round disc. The field is the position
+// relative to the middle of the picture, with a length of 1 at the corners.
 float shape_variance(ivec2 at, float coc) {
     vec2 field = (vec2(at) + 0.5 - field_middle_px) * field_per_px;
     float step = min(length(field), 1.0) * float(FIELD_STEPS - 1);
@@ -106,10 +117,12 @@ uvec2 halves_of(vec4 v) {
 
 vec4 floats_of(uvec2 v) { return vec4(unpackHalf2x16(v.x), unpackHalf2x16(v.y)); }
 
+// Conductance between two pixels in the network of a pole; `d_2` is the smaller squared diameter of the two.
 Num flow(int pole, float d_2) { return kappa[pole] * d_2 - num(compact_at(d_2)); }
 
 // The heat capacity, at the last pixel of a line, of all pixels beyond it: the pixel at the border is repeated without
-// end. It solves Y = b (1 + Y) / (1 + b + Y), because one more repeated pixel changes nothing.
+// end. With b the flow between repeated pixels, it is the Y that solves Y = b (1 + Y) / (1 + b + Y), because one more
+// repeated pixel changes nothing.
 #define IS_REPEATED true
 Num repeated_heat_of(int pole, float d_2) {
     Num b = flow(pole, d_2);
@@ -132,12 +145,14 @@ struct Source {
     vec4 x;
 };
 
+// (1 - c L) of the input; b_in and b_out are the smaller squared diameters towards the pixel before and after.
 Source source_of(Input before, Input here, Input after, float b_in, float b_out) {
     return Source(here.x + compact_at(b_in) * (before.x - here.x) + compact_at(b_out) * (after.x - here.x));
 }
 
 Value source(Source s, int pole) { return value(s.x); }
 
+// The images for the poles of the columns.
 struct Output {
     Value z[POLES];
 };
@@ -171,6 +186,7 @@ struct Input {
     Value z[POLES];
 };
 
+// Image z_k of the rows at a pixel.
 Value row_image(ivec2 at, int k) {
 #if COMPLEX && defined HALF_POLES
     uvec4 v = texelFetch(poles_tx, ivec3(in_strips(at), k), 0);

@@ -1,12 +1,24 @@
-// Traces rays through the trees of render/scene_gpu/bvh.py: one over the instances, and below it one for each
-// mesh. The nearer child is visited first, so that a hit there can skip the farther one.
+// Traces rays through the trees of boxes (bounding volume hierarchies) of render/scene_gpu/bvh.py: one over the
+// instances of meshes, and below it one over the triangles of each mesh. The nearer child of a node is visited first,
+// so that a hit there can skip the farther one.
 //
-// A ray is start + distance * along; `along` goes one metre deeper in the camera's axes, so that a
-// distance is a planar depth, before and after an instance has turned the ray into its own axes.
+// A point of a ray is start + distance * along. `along` goes one meter deeper along the camera's axis, so that a
+// distance is a planar depth in meters, before and after an instance has turned the ray into its own axes.
 //
 // Include lib/scene.lib.glsl first and, with HOLES, lib/random.lib.glsl.
+//
+// Inputs
+//   vertices    VERTEX_PARTS vec4 for each vertex: position and u, normal and v, with BUMPS the tangent and its sign
+//   triangles   x, y, z numbers of the vertices; w the triangle's number in its mesh, the order of drawing
+//   nodes       all trees, one after the other
+//   placed      for each leaf of the tree over instances: x number of the instance, y root of its mesh's tree
+//   colors      with COLORS, rgba of each vertex
+//   more_uvs    with PLACES, the second set of texture coordinates of each vertex
 
-struct Node { vec3 low; int first; vec3 high; int count; };  // NODE of bvh.py
+// NODE of bvh.py: a box from `low` to `high`.
+//   count > 0   a leaf: `count` triangles from number `first` on, or one instance, placed[first]
+//   count < 0   children at `first` and `first` + 1, cut across the axis -1 - count, the lower one first
+struct Node { vec3 low; int first; vec3 high; int count; };
 
 layout(std430) readonly buffer vertices_block { vec4 vertices[]; };
 layout(std430) readonly buffer triangles_block { uvec4 triangles[]; };
@@ -31,7 +43,7 @@ uvec3 ray_number;  // random state of the ray: alpha thresholds differ from ray 
 #define STACK (BVH_DEPTH_MOST + 2)  // size of the stack, more than the levels of a tree
 #define SAME 1e-6  // the relative rounding error of a distance
 
-// The hit of a ray: an instance, -1 for none; a triangle, and the weights of its corners there.
+// The hit of a ray: its distance; an instance, -1 for none; a triangle, and the weights of its corners at the hit.
 struct Hit { float distance; int instance; int triangle; vec3 weights; };
 
 vec3 position_of(uint vertex) { return vertices[VERTEX_PARTS * vertex].xyz; }
@@ -48,7 +60,7 @@ Uv uv_of(uint vertex) {
 
 vec3 normal_of(uint vertex) { return vertices[VERTEX_PARTS * vertex + 1u].xyz; }
 
-// In world space, as in scene_mesh.vert.glsl.
+// The tangent at a hit, in world space, as in scene_mesh.vert.glsl: w is its sign; zeros without BUMPS.
 vec4 tangent_at(int triangle, vec3 weights, mat3 to_world) {
 #ifdef BUMPS
     vec4 sum = vec4(0.0);
@@ -59,6 +71,7 @@ vec4 tangent_at(int triangle, vec3 weights, mat3 to_world) {
 #endif
 }
 
+// The texture coordinates at a hit.
 Uv uv_at(int triangle, vec3 weights) {
     uvec4 c = triangles[triangle];
 #ifdef PLACES
@@ -68,7 +81,7 @@ Uv uv_at(int triangle, vec3 weights) {
 #endif
 }
 
-// As in the rasteriser's lib/tint.lib.glsl.
+// The factor on the color at a hit, and its opacity in alpha, as in the rasterizer's lib/tint.lib.glsl.
 vec4 tint_at(int triangle, vec3 weights) {
 #ifdef COLORS
     vec4 sum = vec4(0.0);
@@ -82,7 +95,8 @@ vec4 tint_at(int triangle, vec3 weights) {
 #endif
 }
 
-// Slab test of Kay and Kajiya 1986, with the factor of Ize 2013, so that rounding misses no box.
+// True if a ray meets the box of a node between two distances. `inverse` is 1 / along. This is the slab test of Kay
+// and Kajiya 1986, with the factor of Ize 2013, so that rounding misses no box.
 bool hits_box(Node node, vec3 start, vec3 inverse, float nearest, float farthest) {
     vec3 a = (node.low - start) * inverse, b = (node.high - start) * inverse;
     vec3 in_at = min(a, b), out_at = max(a, b);
@@ -97,12 +111,12 @@ vec3 inverse_of(vec3 along) {
     return 1.0 / mix(along, least, lessThan(abs(along), vec3(1e-20)));
 }
 
-// The axes, ordered so that the longest component of `along` comes last.
+// The components of a vector, ordered so that axis `longest` comes last.
 vec3 reorder_axes(vec3 v, int longest) {
     return longest == 0 ? v.yzx : longest == 1 ? v.zxy : v;
 }
 
-// The shear that turns a ray into its longest axis.
+// The shear that turns the direction of a ray into its longest axis.
 struct Shear { int longest; vec3 by; };
 
 Shear shear_of(vec3 along) {
@@ -117,8 +131,8 @@ vec3 shear_corner(vec3 corner, vec3 start, Shear shear) {
     return vec3(p.xy - shear.by.xy * p.z, shear.by.z * p.z);
 }
 
-// Woop, Benthin and Wald 2013: no ray slips through between two triangles that share an edge.
-// Gives the weights of the corners and the distance, which is -1 for a miss.
+// Intersects a ray with a triangle: xyz weights of the corners, w distance, which is -1 for a miss. By Woop, Benthin
+// and Wald 2013: no ray slips through between two triangles that share an edge.
 vec4 hit_triangle(uvec4 corners, vec3 start, Shear shear) {
     vec3 a = shear_corner(position_of(corners.x), start, shear);
     vec3 b = shear_corner(position_of(corners.y), start, shear);
@@ -130,7 +144,8 @@ vec4 hit_triangle(uvec4 corners, vec3 start, Shear shear) {
     return vec4(w, dot(w, vec3(a.z, b.z, c.z))) / sum;
 }
 
-// Of two coincident surfaces the one drawn last is visible, as in the rasteriser.
+// True if a triangle at this distance is visible before a hit. Of two coincident surfaces the one drawn last is
+// visible, as in the rasterizer.
 bool is_before(float distance, int instance, int triangle, Hit hit) {
     if (hit.instance < 0) return distance < hit.distance;
     if (abs(distance - hit.distance) > SAME * distance) return distance < hit.distance;
@@ -138,7 +153,7 @@ bool is_before(float distance, int instance, int triangle, Hit hit) {
     return triangles[triangle].w > triangles[hit.triangle].w;
 }
 
-// Tests the triangles of a leaf, and keeps the nearest hit.
+// Tests the triangles of a leaf, and keeps the nearest hit. With HOLES a triangle with a hole at this point is missed.
 void intersect_leaf(Node leaf, int instance, vec3 start, Shear shear, float nearest, inout Hit hit) {
 #ifdef HOLES
     uint material = instances[instance].numbers.x;
@@ -154,18 +169,19 @@ void intersect_leaf(Node leaf, int instance, vec3 start, Shear shear, float near
     }
 }
 
-// Traces the ray, in the instance's own axes, through the tree of its mesh.
+// Traces a ray through the mesh of an instance, in the instance's own axes. `there` is an entry of placed_block.
 void intersect_mesh(ivec2 there, vec3 world_start, vec3 world_along, float nearest, inout Hit hit) {
     mat4 to_object = instances[there.x].to_object;
     if (to_object[3][3] == 0.0) return;  // scaled to nothing
     vec3 start = (to_object * vec4(world_start, 1.0)).xyz;
     vec3 along = mat3(to_object) * world_along, inverse = inverse_of(along);
     Shear shear = shear_of(along);
-    int stack[STACK], used = 0, at = there.y;
+    int stack[STACK], used = 0, at = there.y;  // the stack has the nodes yet to visit
     while (true) {
         Node node = nodes[at];
         bool is_met = hits_box(node, start, inverse, nearest, hit.distance);
         if (is_met && node.count < 0) {
+            // against the axis the upper child is the nearer one; the farther one goes onto the stack
             int upper = int(along[-1 - node.count] < 0.0);
             at = node.first + upper;
             stack[used++] = node.first + 1 - upper;
@@ -177,7 +193,7 @@ void intersect_mesh(ivec2 there, vec3 world_start, vec3 world_along, float neare
     }
 }
 
-// The first hit of a ray between two distances; `root` is the root of the tree of instances.
+// The first hit of a ray between two distances. `root` is the root of the tree over instances.
 Hit first_hit(int root, vec3 start, vec3 along, float nearest, float farthest) {
     Hit hit = Hit(farthest, -1, -1, vec3(0.0));
     vec3 inverse = inverse_of(along);
@@ -186,6 +202,7 @@ Hit first_hit(int root, vec3 start, vec3 along, float nearest, float farthest) {
         Node node = nodes[at];
         bool is_met = hits_box(node, start, inverse, nearest, hit.distance);
         if (is_met && node.count < 0) {
+            // against the axis the upper child is the nearer one; the farther one goes onto the stack
             int upper = int(along[-1 - node.count] < 0.0);
             at = node.first + upper;
             stack[used++] = node.first + 1 - upper;

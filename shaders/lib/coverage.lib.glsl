@@ -1,17 +1,17 @@
 // Decides which samples of a pixel a partly transparent surface covers.
 //
-// Each surface has a threshold between 0 and 1 in each sample, and covers the sample if its alpha is higher.
-// The thresholds of a surface are evenly spread over the samples of a pixel, and independent between
-// surfaces: the van der Corput sequence, shuffled and scrambled as in Burley 2020 ("Practical hash-based
-// Owen scrambling"). Include lib/random.lib.glsl first.
+// A surface has a threshold between 0 and 1 in each sample, and covers the sample if its alpha is higher. The
+// thresholds of one surface are evenly spread over the samples of a pixel, and those of different surfaces are
+// independent. They are numbers of the van der Corput sequence, shuffled and scrambled as in Burley 2020 ("Practical
+// hash-based Owen scrambling"). Include lib/random.lib.glsl first.
 
 #include "lib/samples.lib.glsl"
 
-#define HALF 0.49999  // with a single sample, as for a depth, a surface covers if its alpha is above one half
+#define HALF 0.49999  // with a single sample, as for a depth, a surface covers it if its alpha is above one half
 
-uniform int sample_number;  // number of the sample that is drawn; -1 for HALF
+uniform int sample_number;  // number of the sample that is drawn; -1: all thresholds are HALF
 
-// Each bit depends only on the lower bits.
+// Scrambles a number so that each bit of the result depends only on this bit and the lower ones.
 uint scramble(uint x, uint seed) {
     x += seed;
     x ^= x * 0x6c50b47cu;
@@ -21,6 +21,7 @@ uint scramble(uint x, uint seed) {
     return x;
 }
 
+// Threshold of a surface, given by its material and triangle, in the sample of this fragment.
 float threshold_of(uint material, uint triangle) {
     if (sample_number < 0) return HALF;
     ivec2 place = sample_place();

@@ -1,9 +1,9 @@
-// EACH_4(DO): DO(0) DO(1) DO(2) DO(3), written out by the preprocessor; EACH_POLE for all POLES and
-// EACH_PIXEL for all pixels of a BLOCK, EACH_PIXEL_BACK from the last to the first.
+// Loops that the preprocessor writes out: EACH_4(DO) becomes DO(0) DO(1) DO(2) DO(3). EACH_POLE does this for all
+// POLES, EACH_PIXEL for all pixels of a BLOCK, and EACH_PIXEL_BACK for these pixels from the last to the first.
 //
-// For loops whose index picks from a local array, and loops inside loops over pixels. Mesa's llvmpipe
-// leaves a large loop rolled, reads arrays by a varying index one lane at a time, and, to be safe from
-// endless shaders, stops every loop of an invocation after 65535 iterations in all.
+// They serve for loops whose index selects from a local array, and for loops inside loops over pixels. Mesa's llvmpipe
+// does not unroll a large loop, and reads an array by a varying index one lane at a time. To be safe from endless
+// shaders it also stops every loop of an invocation after 65535 iterations in all.
 
 #define EACH_1(DO) DO(0)
 #define EACH_2(DO) EACH_1(DO) DO(1)

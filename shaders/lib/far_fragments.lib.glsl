@@ -1,19 +1,25 @@
-// The surfaces behind the focus: fragments of lists, and pixels of the picture whose list does not begin with
-// the visible surface. Both are numbered: first the fragments, then the pixels.
+// The surfaces behind the focus: fragments of lists, and the visible surface of pixels whose list does not begin with
+// it. Both have numbers: first the fragments, then the pixels of the picture.
+//
+// Inputs
+//   the fragment lists (lib/fragment_list.lib.glsl)
+//   color_tx   rgb of the picture
+//   coc_tx     signed coc of the visible surface, pixels
 
 #include "lib/fragment_list.lib.glsl"
 
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
 uniform float least_px;     // a surface with a smaller coc is not behind the focus
-uniform uint front_first;   // index of the first pixel of the picture, after all fragments
+uniform uint front_first;   // number of the first pixel of the picture: the number of fragments
 
+// The number of the visible surface of a pixel.
 uint front_index(ivec2 at) { return front_first + uint(at.y * textureSize(coc_tx, 0).x + at.x); }
 
-// A pixel of the picture as a fragment.
+// The visible surface of a pixel as a fragment that covers it wholly.
 Fragment front_at(ivec2 at) { return Fragment(texelFetch(color_tx, at, 0).rgb, 1.0, texelFetch(coc_tx, at, 0).r); }
 
-// The surface with this index: a fragment of a list, or a pixel of the picture.
+// The surface with this number: a fragment of a list, or the visible surface of a pixel.
 Fragment surface_number(uint number) {
     if (number < front_first) return fragment_of(number);
     int pixel = int(number - front_first), across = textureSize(coc_tx, 0).x;
@@ -23,11 +29,12 @@ Fragment surface_number(uint number) {
 #define SAME_SURFACE 1.03  // relative distance within which surfaces add up to one
 #define WHOLE 0.9          // share of a pixel from which a surface covers it
 
+// Dioptres of a surface with this coc; at least 0.
 float dioptres_of(float coc) { return max((coc - fragment_line.x) / fragment_line.y, 0.0); }
 
 #define LEAST_COVER 0.5    // coverage above which a fragment is the first surface of a pixel
 
-// Coc of the first surface behind the focus along a pixel's ray; -1 for none.
+// Coc, in pixels, of the first surface behind the focus along the ray of a pixel; -1 for none.
 float far_coc_at(ivec2 at) {
     at = clamp(at, ivec2(0), textureSize(coc_tx, 0) - 1);
     List list = list_at(at);

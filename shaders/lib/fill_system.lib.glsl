@@ -1,23 +1,30 @@
-// The network that extends a layer's circle of confusion beyond its content, so that the layer spreads
-// with its own blur: specific heat only where the diameter is known, conduction only where it is not.
-// It diffuses the diameter times its weight, and the weight; dividing the two gives the diameter.
-// (Kass, Lefohn, Owens 2006, section 4: blurring underneath.)
+// The network of heat that extends the circle of confusion (coc) of a layer beyond the layer's content, so that the
+// content spreads with its own blur. (Kass, Lefohn, Owens 2006, section 4: blurring underneath.)
 //
-// Inside the content the diameter diffuses as colour will. At a silhouette within the layer this change
+//   content   share of a pixel that belongs to the layer, 0..1; the diameter of the coc is known there
+//   known     what enters the network outside the content: a diameter times its weight, and the weight
+//   diffused  what enters it inside the content: the diameter
+//
+// Outside the content: a pixel has specific heat only where the diameter is known, and conduction only where it is
+// not. The network diffuses the diameter times its weight, and the weight; dividing the two gives the diameter.
+//
+// Inside the content the diameter diffuses as color will. At a silhouette within the layer this change
 // is amplified, but only towards the nearer surface's diameter, because the nearer surface's blur is
 // visible on both sides. Otherwise a nearer surface with more blur would end hard in front of the other, and one
 // with less blur would glow into it.
 //
-// Rows extend the content; columns extend the result, trusting it less than content. This also reaches
-// pixels diagonally off a corner.
+// Rows extend the content first. Columns then extend the result of the rows, with less weight than content. This
+// also reaches pixels diagonally off a corner.
 //
 // Inputs
-//   state_tx       r diameter |coc|, g share of content, 0..1
+//   state_tx       r diameter |coc|, g content, 0..1
 //   axis_scale     diameter along this axis / that of state_tx
 //   is_near        columns only: nearer surfaces are blurred more, not less
+//   rows_diameter_buf, rows_weight_buf   columns only: the outputs of the rows
 // Outputs
-//   rows_diameter_buf, rows_weight_buf   of rows, inputs of columns: diameter times knowledge, and knowledge
-//   out_coc_img                          of columns: diameter everywhere
+//   rows_diameter_buf   rows only: diameter times weight; inside the content the diffused diameter
+//   rows_weight_buf     rows only: the weight
+//   out_coc_img         columns only: the diameter |coc|, everywhere
 
 // The functions of this file keep the contract of shaders/README.md.
 
@@ -29,25 +36,29 @@ uniform sampler2D state_tx;
 uniform float axis_scale;
 uniform Num kappa[POLES];
 
-#define FILL_CONDUCTANCE 64.0  // large: the extension is flat over tens of pixels
-#define FILL_LEAK 1e-3         // specific heat of an empty pixel, which gives the nearer edge more weight
-#define ROW_TRUST 0.1          // weight of the rows' result; small, because different rows are to be smoothed
+#define FILL_CONDUCTANCE 64.0  // large, so that the extension is flat over tens of pixels
+#define FILL_LEAK 1e-3         // specific heat of a pixel without content; it gives the nearer edge more weight
+#define ROW_TRUST 0.1          // weight of the rows' result; small, because it is to be smoothed from row to row
 
-#define RIM_CONDUCTANCE (1.0 / 32.0)  // times diameter^2: diffused over the disc's own width
-#define RIM_GAIN_FAR 2.5    // diffusion reaches the mean of both sides; twice the change reaches the nearer
-#define RIM_GAIN_NEAR 2.0
+#define RIM_CONDUCTANCE (1.0 / 32.0)  // times diameter^2, so that diffusion reaches as far as the disc is wide
+// Factors on the change by diffusion. At a silhouette diffusion reaches the mean of both sides; twice this change
+// reaches the diameter of the nearer surface.
+#define RIM_GAIN_FAR 2.5    // if nearer surfaces are blurred less
+#define RIM_GAIN_NEAR 2.0   // if nearer surfaces are blurred more
 #define RIM_SLACK_NEAR 0.03 // share of the diameter: smaller changes are the slope of a round surface
-#define RIM_LEAST 0.6       // limit of the change relative to the diameter, and its inverse; spares texture
+#define RIM_LEAST 0.6       // least factor by which the diameter changes, and 1 / the largest; spares texture
 
-// Diameter and weight: of the content for rows, of their output for columns.
+// What is read of one pixel. For rows `known` is the content; for columns it also has the rows' result.
 struct Input {
     vec2 state;  // r diameter, g content 0..1
     vec2 known;  // r diameter times weight, g weight
     float diffused;
 };
 
+// Diameter along this axis, less where content is partial.
 float along_axis(Input a) { return a.state.r * sqrt(a.state.g) * axis_scale; }
 
+// Conductance inside the content.
 float rim_conductance(Input a, Input b) {
     float narrower = min(along_axis(a), along_axis(b));
     return RIM_CONDUCTANCE * narrower * narrower;
@@ -73,6 +84,7 @@ layout(std430) readonly buffer rows_diameter_block { float rows_diameter_buf[]; 
 layout(std430) readonly buffer rows_weight_block { float rows_weight_buf[]; };
 uniform bool is_near;
 
+// The rows' result at a pixel: diameter times weight, and weight.
 vec2 rows_at(ivec2 at) {
     int place = place_in_buffer(at);
     return vec2(rows_diameter_buf[place], rows_weight_buf[place]);
@@ -97,8 +109,8 @@ struct Source {
     vec4 x;
 };
 
-// The right-hand side of a pixel. It adds what flows to neighbours inside the content, because the extension must not
-// diffuse there.
+// The right-hand side of a pixel: x known diameter times weight, y its weight, z the diffused diameter. To x it adds
+// back what flows to neighbors inside the content, because the extension must not diffuse there.
 Source source_of(Input before, Input here, Input after, float b_in, float b_out) {
     float returned_flow = 0.0;
     if (b_in > 0.0) returned_flow += rim_conductance(before, here) * (here.state.r - before.state.r);

@@ -1,17 +1,18 @@
-// The pixels of a picture covered by one pixel of a smaller version of it.
+// The footprint of a pixel of a smaller version of a picture: the part of the whole picture that the pixel covers.
 
 struct Footprint {
-    vec2 low, high;     // its corners, pixels of the whole picture
-    ivec2 first, last;  // the pixels that it touches
+    vec2 low, high;     // its corners, in pixels of the whole picture
+    ivec2 first, last;  // the first and the last pixel that it touches, across and down
 };
 
+// The footprint of pixel `at` of the smaller picture.
 Footprint footprint_of(ivec2 at, ivec2 size, ivec2 whole_size) {
     vec2 whole = vec2(whole_size), step = whole / vec2(size);
     vec2 low = vec2(at) * step, high = min(low + step, whole);
     return Footprint(low, high, ivec2(floor(low)), ivec2(ceil(high)) - 1);
 }
 
-// The pixel of the whole picture at the centre of a pixel of the smaller one.
+// The pixel of the whole picture at the center of a pixel of the smaller one.
 ivec2 centre_of(ivec2 at, ivec2 size, ivec2 whole_size) {
     vec2 step = vec2(whole_size) / vec2(size);
     return ivec2(vec2(at) * step + 0.5 * step);

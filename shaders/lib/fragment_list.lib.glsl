@@ -1,9 +1,10 @@
-// The surfaces along each pixel's ray behind the visible one, near to far, in one packed list. If a
-// pixel shows several surfaces, each with its coverage, its list begins with the visible ones.
+// Reads fragment lists: for each pixel, the surfaces along its ray behind the visible one, near to far. Each surface
+// is a fragment. If a pixel shows several surfaces, each with its coverage, its list begins with the visible ones.
 //
-// start_buf     twice the start of a pixel's fragments, plus 1 if they begin with the visible surface;
-//               an extra entry ends the last list
-// fragment_buf  lib/fragment_words.lib.glsl
+// Inputs
+//   start_buf      for each pixel, twice the number of its first fragment, plus 1 if the list begins with the visible
+//                  surface. A list ends where the next one starts; an extra entry ends the last one.
+//   fragment_buf   the fragments of all lists, one after the other (lib/fragment_words.lib.glsl)
 
 #include "lib/fragment_words.lib.glsl"
 #include "lib/focus_offset.lib.glsl"
@@ -12,7 +13,7 @@ layout(std430) readonly buffer start_block { uint start_buf[]; };
 layout(std430) readonly buffer fragment_block { uint fragment_buf[]; };
 uniform ivec2 lists_origin;   // position of the picture's first pixel among the pixels with lists
 uniform int lists_stride;     // pixels with lists in a row
-uniform vec2 fragment_line;   // signed coc at infinity, and per dioptre, pixels
+uniform vec2 fragment_line;   // x signed coc at infinity, y change of coc per dioptre; pixels
 uniform bool is_open;         // the space behind a list's last fragment is empty: the plate has alpha
 uniform bool is_alpha;        // the picture is the plate's alpha, which is 1 in every fragment
 
@@ -23,13 +24,13 @@ struct Fragment {
 };
 
 struct List {
-    uint first, end;  // numbers of fragments
-    bool has_front;
+    uint first, end;  // numbers of the first fragment, and of the one after the last
+    bool has_front;   // the list begins with the visible surface
 };
 
 float list_focus_offset = 0.0;  // focus offset at the pixel of the last call of `list_at`
 
-// The list of a pixel; call this before `fragment_of`.
+// The list of a pixel. Call this before `fragment_of`, which uses the focus offset that is set here.
 List list_at(ivec2 at) {
     list_focus_offset = focus_offset_at(at);
     ivec2 list_position = lists_origin + at;
@@ -37,7 +38,7 @@ List list_at(ivec2 at) {
     return List(start >> 1, start_buf[pixel + 1u] >> 1, (start & 1u) == 1u);
 }
 
-// Unpacks a fragment of the pixel's list.
+// Unpacks a fragment of the list of the last call of `list_at`.
 Fragment fragment_of(uint number) {
     uint at = WORDS * number;
     vec2 red_green = unpackHalf2x16(fragment_buf[at]), blue_cover = unpackHalf2x16(fragment_buf[at + 1u]);

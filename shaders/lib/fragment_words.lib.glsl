@@ -1,4 +1,7 @@
-// One fragment of a list, packed in three words: colour and coverage as halfs, dioptres as a float.
+// Packs one fragment of a list in three words.
+//   word 0   red and green, half floats
+//   word 1   blue and coverage, half floats
+//   word 2   dioptres (1 / meters), a float
 
 #define WORDS 3u
 #define HALF_MOST 65504.0  // the largest half

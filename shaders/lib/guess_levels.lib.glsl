@@ -1,11 +1,13 @@
-// The pyramid from which surfaces behind the focus are guessed (render/defocus/far_guess.py). A texel has rgb and coc
-// of a surface behind the focus; it is 0 where nothing is known.
+// The pyramid from which surfaces behind the focus are guessed (render/defocus/far_guess.py). All levels are in one
+// texture. A texel has the rgb of a surface behind the focus, and in alpha its coc in pixels, which is 0 where no
+// surface is known.
 
 uniform sampler2D levels_tx;
 
 bool is_known(vec4 surface) { return surface.a > 0.0; }
 
-// The mean of the known texels of a coarser level around a pixel of the finer one, weighted bilinearly.
+// The mean of the known texels of the next coarser level around a pixel of the finer one, weighted bilinearly; 0 if
+// none of them is known. `place` is where the coarser level lies in the texture: xy corner, zw size.
 vec4 coarser_at(ivec2 at, ivec4 place) {
     vec2 middle = (vec2(at) + 0.5) / 2.0 - 0.5;
     ivec2 low = ivec2(floor(middle));

@@ -1,5 +1,6 @@
-// Blocks of 2 x 2 pixels with hidden pixels. In lib/two_lists.lib.glsl the front has the first hidden pixel of each
-// block, which computes what its block shares; the back has other hidden pixels with a guess of their own.
+// Blocks of 2 x 2 pixels of a layer in which pixels are hidden and have to be guessed. Of lib/two_lists.lib.glsl, the
+// front list has the first hidden pixel of each block, which computes what the whole block shares; the back list has
+// the other hidden pixels that get a guess of their own.
 
 #include "lib/two_lists.lib.glsl"
 
@@ -7,7 +8,7 @@ uniform ivec2 layer_size;  // in pixels of its own; a smaller layer is in the co
 
 #define MARK_WHOLE 0x80000000u  // flag of a word: the pixel's guess serves its whole block
 
-// One of the 3 x 3 blocks over which measurements are averaged.
+// Block i, 0..8, of the 3 x 3 blocks around one, over which measurements are averaged.
 ivec2 neighbor_block(ivec2 block, int i) {
     return clamp(block + ivec2(i % 3, i / 3) - 1, ivec2(0), (layer_size - 1) / 2);
 }

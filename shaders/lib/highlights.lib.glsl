@@ -1,25 +1,28 @@
-// The list of highlights. Pixels of similar coc are merged in blocks of up to 8 x 8, larger discs more
-// than small ones, at several levels; the first level whose list is short enough is drawn. The last two
-// levels merge whole blocks, except on bright surfaces: the first of them merges these as the level
-// before it, and the last one leaves them to the diffusion.
+// The list of highlights to draw. Each entry is a sprite: a disc that stands for one or more pixels.
+//
+// Pixels of similar circle of confusion (coc) are merged within blocks of up to 8 x 8, more pixels for larger discs.
+// This is done at several levels, which merge more and more. The first level whose list is short enough is drawn.
+// The last two levels merge whole blocks, except on bright surfaces (lib/highlight_limit.lib.glsl): the first of the
+// two merges these like the level before it, and the last one leaves them to the diffusion.
 
 const float MERGE_SHARE[HIGHLIGHT_LEVELS] = float[](0.0625, 0.125, 0.25, 1.0e9, 1.0e9);  // block side / disc diameter
 const float SURFACE_SHARE = 0.25;  // the same on bright surfaces, where wider discs would show as spots
 
 struct Sprite {
-    vec4 place;  // centre x, y in pixels; signed coc; half the width of the rim's ramp, pixels
-    vec4 light;  // rgb of a pixel wholly inside the disc
+    vec4 place;  // x, y position of the center; z signed coc; w half the width of the soft rim; all in pixels
+    vec4 light;  // rgb of a pixel wholly inside the disc; a 0
 };
 
-#define AREA_PARTS 0x100000u  // the largest area to draw, in the unit in which areas are counted
+#define AREA_PARTS 0x100000u  // the largest area that may be drawn; areas are counted in fractions of it
 
+// What is drawn, and the sums from which this is decided.
 struct Plan {
-    uint draw[4];            // vertices, instances, first vertex, base instance
-    uint level;              // HIGHLIGHT_LEVELS: even the last list is too long, nothing is drawn
+    uint draw[4];            // arguments of an indirect draw: vertices, instances, first vertex, base instance
+    uint level;              // level that is drawn; HIGHLIGHT_LEVELS: even the last list is too long, nothing is
     uint restore_groups[3];  // workgroups of highlight_restore: none if all is drawn
     uint sprites[HIGHLIGHT_LEVELS];  // number of sprites of the whole picture, by level
     uint area[HIGHLIGHT_LEVELS];     // area to draw, by level; AREA_PARTS is the largest allowed
-    uint too_large;                  // bit l is set if level l has a larger area
+    uint too_large;                  // bit l is set if the area of level l is larger than allowed
 };
 
 // The indices of a block and of a row of blocks in their buffers of sprite numbers.

@@ -4,7 +4,8 @@
 
 #define OPAQUE 0.9995  // coverage from which nothing behind a surface is visible
 
-// Finds the next surface behind a pixel. Returns false if none is known or it is partly transparent.
+// Finds the first fragment in the list of a pixel that is behind its surface, which has this coc. Returns false if
+// there is none or it is partly transparent.
 bool find_behind(ivec2 at, float coc, out Fragment behind) {
     List list = list_at(at);
     uint i = list.first;

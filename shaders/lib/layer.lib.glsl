@@ -1,16 +1,22 @@
-// Layers are ranges of signed circle of confusion; membership is smooth and sums to 1 over the layers.
+// Divides the picture into layers: ranges of the signed circle of confusion (coc). The limits between layers are cuts.
+//
+//   membership   share of a pixel that belongs to this layer; smooth, and its sum over all layers is 1
+//   visibility   share that belongs to this layer or a farther one, which is what nearer layers leave
+//   knowledge    share whose color the layer takes from the pixel, and need not guess
+//   coverage     share of the visibility that the layer covers
+//   solidity     weight of a pixel as content of the layer
 
-uniform vec2 cut_near_px;  // this layer's limit towards the camera: position, half width of the transition
-uniform vec2 cut_far_px;   // its limit away from the camera: position, half width
+uniform vec2 cut_near_px;  // the cut towards the camera: coc, half width of the transition around it
+uniform vec2 cut_far_px;   // the cut away from the camera, in the same form
 
-// A membership or coverage below THIN is taken as 0, one above SOLID as 1. The transition is smooth, because a
-// rack focus would pop otherwise.
+// A membership or coverage below THIN counts as no content, one above SOLID as content in full. The transition is
+// smooth, because a rack focus would pop otherwise.
 #define THIN 0.02
 #define SOLID 0.15
 
 // As the focus moves, a surface that crosses a cut changes its layer in two smooth steps, each over half of the cut's
-// transition. First the farther layer includes it, up to a visibility of KNOWN; only then does the nearer layer
-// release it, from a membership of COVERS on. In the opposite order, or with both at once, the surface would be
+// transition. First the farther layer includes it, in full from a visibility of KNOWN on; only then does the nearer
+// layer release it, below a membership of COVERS. In the opposite order, or with both at once, the surface would be
 // transparent in between, and dark where a third one hides it.
 #define KNOWN 0.5
 #define COVERS 0.55
@@ -20,18 +26,19 @@ float nearer_than(vec2 cut_px, float coc_px) {
     return 1.0 - smoothstep(cut_px.x - cut_px.y, cut_px.x + cut_px.y, coc_px);
 }
 
-// Weight of a membership or coverage as content of the layer.
+// Weight of a membership or coverage as content of the layer, 0..1.
 float solidity(float part) { return smoothstep(THIN, SOLID, part); }
 
-// Share of a pixel of this visibility that the layer knows and need not guess.
+// Share of a pixel of this visibility that the layer knows and need not guess, 0..1.
 float knowledge(float visible) { return smoothstep(THIN, KNOWN, visible); }
 
-// Coverage by a pixel of this membership, as a share of its visibility.
+// Share of its visibility that a pixel of this membership covers, 0..1.
 float coverage(float member) { return smoothstep(0.0, COVERS, member); }
 
 // Share of a pixel with this coc that shows this layer or a farther one.
 float visibility(float coc_px) { return 1.0 - nearer_than(cut_near_px, coc_px); }
 
+// Share of a pixel with this coc that belongs to this layer.
 float membership(float coc_px) {
     return clamp(nearer_than(cut_far_px, coc_px) - nearer_than(cut_near_px, coc_px), 0.0, 1.0);
 }

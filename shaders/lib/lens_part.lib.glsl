@@ -1,9 +1,13 @@
-// A part of the lens, seen from a position in the picture: xy movement of a point for each pixel of its coc, z diameter
-// of the part relative to that of the lens, w its share of the light (render/defocus/lens_parts.py).
+// A part of the lens, as seen from a position in the picture (render/defocus/lens_parts.py). With PART_VARIES it
+// differs over the picture.
+//   xy   how far a point moves in the view of this part, for each pixel of its circle of confusion
+//   z    diameter of the part, relative to that of the lens
+//   w    its share of the light
 
 #ifdef PART_VARIES
-uniform vec4 lens_part[PART_PLACES * PART_PLACES];  // at places from corner to corner, row by row
+uniform vec4 lens_part[PART_PLACES * PART_PLACES];  // at positions from corner to corner, row by row
 
+// The part seen from a pixel of a picture of this size, interpolated bilinearly.
 vec4 lens_part_at(ivec2 at, ivec2 size) {
     vec2 grid_position = (vec2(at) + 0.5) / vec2(size) * float(PART_PLACES - 1);
     ivec2 low = ivec2(grid_position);

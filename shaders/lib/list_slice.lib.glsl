@@ -1,12 +1,13 @@
-// A slice of a list: a pass runs slice by slice, so that the window stays responsive.
+// A slice of a list of pixels or tiles. A pass runs slice by slice, so that the window stays responsive.
 
 #define PIXELS_PER_GROUP 64u  // in a workgroup of a pass over a list of pixels
 #define GROUPS_MAX 65535u     // what OpenGL promises; longer lists are walked in strides
 
-uniform ivec2 list_slice;  // number of the part, and of all parts; 0, 0 for the whole list
+uniform ivec2 list_slice;  // number of this slice, and of slices; 0, 0 for the whole list
 
+// Index at which slice `part` of a list of `count` items begins.
 uint slice_at(uint count, int part) {
-    uint parts = uint(max(list_slice.y, 1));  // a product of count and part may be too large for 32 bits
+    uint parts = uint(max(list_slice.y, 1));  // divided first: a product of count and part may need more than 32 bits
     return count / parts * uint(part) + min(uint(part), count % parts);
 }
 uint slice_start(uint count) { return slice_at(count, list_slice.x); }

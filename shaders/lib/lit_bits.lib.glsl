@@ -1,8 +1,9 @@
-// Which pixels of a picture hold a highlight, one bit each: two words for each block of 8 x 8 pixels, the
-// first for its upper four rows. Only such pixels have a removed light (highlight_split.comp.glsl).
+// One bit for each pixel of a picture, set if the pixel contains a highlight. Each block of 8 x 8 pixels has two words,
+// the first one for its upper four rows. Only in these pixels has highlight_split.comp.glsl removed light.
 
 layout(std430) buffer lit_block { uint lit_buf[]; };
 
+// Index of the word, and mask of the bit, of a pixel in a picture of this size.
 int lit_word(ivec2 at, ivec2 size) {
     int across = (size.x + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
     ivec2 block = at / HIGHLIGHT_BLOCK;

@@ -1,28 +1,39 @@
-// Measures the brightness ratio between the visible part of a surface and its listed part just behind a
-// silhouette. Renderers may light hidden surfaces differently, and a clean plate may lack a shadow:
-// without this correction the silhouette would show as a step through the blur.
+// Measures the brightness ratio between the visible part of a surface and its hidden part just behind a silhouette,
+// which is known from fragment lists (listed). Renderers may light hidden surfaces differently, and a clean plate may
+// lack a shadow: without this correction the silhouette would show as a step through the blur.
 //
-// Part of hidden_cost.comp.glsl.
+// Part of hidden_cost.comp.glsl. A hidden pixel has up to two ends along each direction of lib/hidden.lib.glsl: the
+// nearest visible pixels ahead and back. At each end a stretch of visible pixels, from the end on away from the hidden
+// pixel, is compared with a stretch of listed pixels, from the end back towards the hidden pixel.
+//
+// Inputs
+//   state_tx       r diameter |coc|, pixels
+//   listed_tx      r share known from the list
+//   layer_tx       rgb times coverage, a coverage, marked if hidden
+// Output
+//   out_match_img  rgb logarithm of visible / listed brightness, a confidence
 
 uniform sampler2D state_tx;
 uniform sampler2D listed_tx;
 layout(rgba32f) uniform writeonly image2D out_match_img;
 
-#define MATCH_TAPS 8            // pixels to compare from the end on; fewer would measure texture
+#define MATCH_TAPS 8            // pixels to compare on each side of an end; fewer would measure texture
 #define SAME_DIAMETER_PX 0.5    // change of the diameter up to which pixels are of one surface
-#define SAME_DIAMETER_PART 0.1  // the same as a share of the diameter; the larger one is used
+#define SAME_DIAMETER_PART 0.1  // the same as a share of the diameter; the larger limit counts
 #define LEAST_LIGHT 0.01        // added to the light, because dark pixels are not compared
-#define INDEPENDENT 4.0         // largest number of independent pixels, because neighbours are alike
+#define INDEPENDENT 4.0         // largest number of pixels that count as independent, because neighbors are alike
 #define SURE_VARIANCE 0.03      // variance of the logarithm at which the match has half its weight
 #define ALIKE_LOG 0.7           // logarithm of the ratio up to which surfaces are the same
 #define UNLIKE_LOG 1.2          // logarithm from which they are different
 
+// Pixels in a row that belong to one surface.
 struct Stretch {
     vec4 sum;          // rgb times coverage, coverage
-    float variance;    // variance of the mean of its logarithms of luminance
+    float variance;    // variance of the mean of the logarithms of the light
 };
 
-// Statistics of a stretch of one surface, at most `taps` pixels long.
+// Statistics of the stretch that starts at `from` and has this diameter, at most `taps` pixels long. The loop is a
+// `do ... while`, see shaders/README.md.
 Stretch stretch_of(ivec2 from, ivec2 away_direction, bool hidden, float diameter, int taps) {
     vec4 sum = vec4(0.0);
     float count = 0.0, logs = 0.0, squares = 0.0;
@@ -44,8 +55,8 @@ Stretch stretch_of(ivec2 from, ivec2 away_direction, bool hidden, float diameter
     return Stretch(sum, max(spread, 0.0) / min(max(count - 1.0, 1.0), INDEPENDENT));
 }
 
-// Adds the measurement at one end along direction `k`, at a distance of `ahead` steps, negative for backwards. The
-// hidden pixel is one of `hidden_px` in a row.
+// Adds the measurement at one end to a sum: rgb times weight, weight. The end is `ahead` steps away along direction
+// `k`, negative for backwards; `hidden_px` is the number of hidden pixels in the row. Nearer ends have more weight.
 void add_match(inout vec4 sum, ivec2 at, int k, int ahead, int hidden_px) {
     int steps = abs(ahead);
     ivec2 away_direction = sign(ahead) * DIRECTION[k], end = at + steps * away_direction;
@@ -63,13 +74,14 @@ void add_match(inout vec4 sum, ivec2 at, int k, int ahead, int hidden_px) {
     sum += likeness / (length_px * length_px) * vec4(ratio, 1.0);
 }
 
-// The mean of the measurements at all ends, if `is_needed`; a its confidence.
+// The mean of the measurements at all ends of a hidden pixel, if `is_needed`, and in a its confidence. `ends` has the
+// steps ahead and back along each direction; 0 for no end.
 vec4 match_of(ivec2 at, ivec2 ends[HIDDEN_DIRECTIONS], bool is_needed) {
     vec4 sum = vec4(0.0);
     int i = 0;
     do {
         int k = i >> 1, ahead = (i & 1) == 0 ? ends[k].x : -ends[k].y;
-        bool has_both = min(ends[k].x, ends[k].y) > 0;  // otherwise they go on to the picture's edge
+        bool has_both = min(ends[k].x, ends[k].y) > 0;  // otherwise the hidden pixels go on to the picture's edge
         if (is_needed && ahead != 0) add_match(sum, at, k, ahead, has_both ? ends[k].x + ends[k].y - 1 : MATCH_TAPS);
     } while (is_needed && ++i < 2 * HIDDEN_DIRECTIONS);
     return vec4(sum.rgb / max(sum.a, 1e-9), sum.a);

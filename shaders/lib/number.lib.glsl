@@ -1,10 +1,11 @@
-// One arithmetic for real and complex kernels.
+// One arithmetic for real and complex kernels, so that the code that solves a line serves both. COMPLEX, set by the
+// program, selects one of them.
 //
-//   Num       a coefficient: float, or vec2 (real, imaginary)
-//   Channels  the channels solved together: four, or two if there are two PARTS
-//   Value     what is diffused: Channels, or a matrix (column 0 real, column 1 imaginary)
+//   Num       a coefficient: a float, or a vec2 (real, imaginary) if COMPLEX
+//   Channels  the channels that are solved together: four, or two if there are two PARTS
+//   Value     what is diffused: Channels, or a matrix (column 0 real, column 1 imaginary) if COMPLEX
 //
-// All support + and multiplication by a float; the rest is below. COMPLEX is set by the program.
+// All three support + and multiplication by a float with GLSL's operators; the other operations are below.
 
 #ifndef COMPLEX
 #define COMPLEX 1
@@ -31,7 +32,7 @@
 Num num(float a) { return vec2(a, 0.0); }
 Num mul(Num a, Num b) { return vec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x); }
 Num inverted(Num a) { return vec2(a.x, -a.y) / dot(a, a); }
-Num root(Num a) {  // with a positive real part, and without cancellation
+Num root(Num a) {  // the root with a positive real part, without cancellation
     float larger = sqrt(0.5 * (length(a) + abs(a.x))), smaller = 0.5 * abs(a.y) / max(larger, 1e-30);
     vec2 whole = a.x < 0.0 ? vec2(smaller, larger) : vec2(larger, smaller);
     return vec2(whole.x, a.y < 0.0 ? -whole.y : whole.y);

@@ -1,5 +1,5 @@
-// Adapts a system of one pole to a strategy that solves in parts (lib/blur_parts.lib.glsl): the system has a single
-// part, and its source is read once.
+// Adapts a system of one pole to a strategy that solves in parts (shaders/README.md, "The contract of a SYSTEM"). The
+// system has a single part; the arguments `part` and `pole` do not matter, and all of a pixel's input is its Link.
 
 #define Link Input
 

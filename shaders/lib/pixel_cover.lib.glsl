@@ -1,12 +1,12 @@
-// Share of a pixel that the disc of a highlight covers. Small discs are sampled at several points of each
-// pixel: their rim bends within a pixel, and with a straight one they would grow in steps, from one ring of
-// pixels to the next. Include lib/aperture.lib.glsl with SOFT_RIM first.
+// Share of a pixel that the disc of a highlight covers. Small discs are sampled at several points of each pixel,
+// because their rim bends within a pixel. If it were taken as straight, a growing disc would grow in steps, from one
+// ring of pixels to the next. Include lib/aperture.lib.glsl with SOFT_RIM first; the arguments are explained there.
 
-#define FINE_ACROSS 3           // points across and down a pixel
-#define FINE_RADIUS_PX 3.0      // radius up to which the points fill the pixel
-#define COARSE_RADIUS_PX 4.0    // radius from which there is one point
+#define FINE_ACROSS 3           // number of points across a pixel, and of points down
+#define FINE_RADIUS_PX 3.0      // radius up to which the points are spread over the whole pixel
+#define COARSE_RADIUS_PX 4.0    // radius from which there is one point; in between the points move together
 
-// Share of a pixel at an offset from the disc's centre that the disc covers.
+// Share of a pixel at an offset from the disc's center that the disc covers.
 Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 place) {
     float spacing = 1.0 - smoothstep(FINE_RADIUS_PX, COARSE_RADIUS_PX, abs(radius));
     // The variance of the points and that of their ramp make up that of the pixel's box and of the light.

@@ -1,8 +1,8 @@
 // A list of pixels that need more work, so that a later pass runs on these alone. The cost is then
-// proportional to the list, even on a software rasteriser, which runs both sides of every branch.
+// proportional to the list, even on a software rasterizer, which runs both sides of every branch.
 //
-// The first three words are the workgroups of the later pass (glDispatchComputeIndirect); the order
-// of pixels differs from run to run, so the work on one pixel must not depend on another.
+// The first three words are the numbers of workgroups of the later pass (glDispatchComputeIndirect). The order of the
+// pixels differs from run to run, so the work on one pixel must not depend on another.
 
 #include "lib/list_slice.lib.glsl"
 
@@ -12,6 +12,7 @@ layout(std430) buffer pixel_list_block {
     uint list_pixels[];  // y << 16 | x
 };
 
+// Appends a pixel, and a workgroup of the later pass if the pixel is the first of a group.
 void list_append(ivec2 at) {
     uint slot = atomicAdd(list_count, 1u);
     bool opens_group = slot % PIXELS_PER_GROUP == 0u && slot / PIXELS_PER_GROUP < GROUPS_MAX;
@@ -23,7 +24,7 @@ ivec2 list_pixel(uint slot) {
     return ivec2(list_pixels[slot] & 0xffffu, list_pixels[slot] >> 16);
 }
 
-// Loops over the list, in the main of a later pass.
+// Loops over the slice of the list, in the main of a later pass; DO is a function of the pixel's position.
 #define FOR_EACH_LISTED(DO) \
     uint slot = slice_start(list_count) + gl_GlobalInvocationID.x; \
     if (slot >= slice_end(list_count)) return; \

@@ -2,13 +2,15 @@
 
 const int HALF = 0x800000;  // 2^23: the leading bit of a float's 24
 
-// For 0 < x < 1e37 and +inf.
+// 1 / x for 0 < x < 1e37, and 0 for +inf. `m` is the mantissa of x as a whole number of 24 bits, `q` that of the
+// result.
 float reciprocal(float x) {
     uint bits = floatBitsToUint(x);
     if (bits >= 0x7f800000u) return 0.0;
     int exponent = int(bits >> 23), m = int(bits & 0x7fffffu) | HALF;
     if (m == HALF) return uintBitsToFloat(uint(254 - exponent) << 23);
-    // q = 2^47 / m has 24 bits again, with an error of at most 2.5; the remainder q m - 2^47 fits 32 bits.
+    // q = 2^47 / m has 24 bits again, with an error of at most 2.5; the remainder q m - 2^47 fits 32 bits. Each
+    // of two rounds moves q by 1 towards the nearest whole number, while the remainder is more than half of m.
     int q = int(140737488355328.0 / float(m));
     int rest = int(uint(q) * uint(m));
     for (int i = 0; i < 2; ++i) {

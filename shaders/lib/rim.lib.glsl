@@ -1,11 +1,22 @@
-// Functions and constants of the passes over pixels of silhouettes (rims).
+// Functions and constants of the passes fragments_*.comp.glsl, which separate the mixed colors of pixels at
+// silhouettes (rims).
+//
+//   near rim    pixel whose depth was sampled on the nearer surface; light of the farther one is mixed in
+//   far rim     pixel whose depth was sampled on the farther surface; light of the nearer one is mixed in
+//   unmixed     pixel that is not on a rim, and shows its surface alone
+//   own color   color of a near rim pixel without the light of the farther surface
+//
+// Inputs
+//   color_tx    rgb of the picture
+//   kind_tx     see lib/kind.lib.glsl
 
 #include "lib/silhouette.lib.glsl"
 
 #define HALF_MAX 65504.0  // fragments are stored in half
-#define OWN_FOUND 2.0     // in place of a near rim's coverage until fragments_near.comp.glsl writes it
+#define OWN_FOUND 2.0     // alpha of a near rim pixel whose own color was found; fragments_near.comp.glsl
+                          // replaces it by the coverage
 
-// Coc between which near rims are unmixed gradually. In focus they keep their mixed colour, which is right.
+// Range of |coc| over which near rims are unmixed gradually. In focus they keep their mixed color, which is right.
 #define SPLIT_FROM_PX 2.0
 #define SPLIT_FULL_PX 6.0
 
@@ -16,8 +27,8 @@ vec3 color_at(ivec2 at) { return texelFetch(color_tx, at, 0).rgb; }
 float kind_at(ivec2 at) { return texelFetch(kind_tx, at, 0).r; }
 bool is_unmixed(ivec2 at) { return kind_at(at) == WHOLE || kind_at(at) == LISTED; }
 
-// A near rim pixel's own colour without the background, taken from its surface one pixel further in.
-// False if there is no such pixel, as on a wire one or two pixels wide.
+// Finds a near rim pixel's own color: the mean of the unmixed pixels of its surface among its neighbors.
+// Returns false if there is no such pixel, as on a wire one or two pixels wide.
 bool unmix_near(ivec2 at, out vec3 color) {
     float coc = coc_at(at);
     vec4 sum = vec4(0.0);
@@ -29,7 +40,8 @@ bool unmix_near(ivec2 at, out vec3 color) {
     return sum.a > 0.0;
 }
 
-// Share of a near rim pixel that its own surface covers, by a box filter over the depth outline; at least a half.
+// Share of a near rim pixel that its own surface covers, by a box filter over the depths of 3 x 3 pixels; at least
+// a half.
 float own_outline(ivec2 at, float coc) {
     float farther = 0.0;
     for (int k = 0; k < 9; ++k)
@@ -37,10 +49,10 @@ float own_outline(ivec2 at, float coc) {
     return 1.0 - farther;
 }
 
-// Weight of the unmixed colour of a near surface with this coc, 0..1.
+// Weight of the unmixed color of a near surface with this coc, 0..1.
 float unmix_share(float coc) { return smoothstep(SPLIT_FROM_PX, SPLIT_FULL_PX, abs(coc)); }
 
-// True if a nearer surface begins at neighbour `k`, and ends again one or two pixels further on.
+// True if a nearer surface begins at neighbor `k`, and ends again one or two pixels further on.
 bool ends_in(ivec2 at, int k, float coc) {
     ivec2 direction = ivec2(k % 3, k / 3) - 1;
     bool ends = !is_in_front(coc_at(at + 2 * direction), coc) || !is_in_front(coc_at(at + 3 * direction), coc);

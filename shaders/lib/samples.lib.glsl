@@ -1,10 +1,13 @@
-// Maps samples, which are drawn as separate pixels, to positions in the picture.
+// Maps samples, which are drawn as separate pixels of a larger picture, to the pixels that they belong to. The place of
+// a sample is its position in that larger picture.
 
 uniform int samples_across;  // samples of a pixel, each way
 uniform int first_row;       // first row of the picture that is drawn
 uniform int rows_above;      // rows of other draws above it in the texture
 
+// The place of the sample that this fragment draws.
 ivec2 sample_place() { return ivec2(gl_FragCoord.xy) - ivec2(0, rows_above); }
+// The pixel of the picture to which a sample belongs.
 ivec2 pixel_of(ivec2 place) { return place / samples_across + ivec2(0, first_row); }
 
 // Index of a sample within its pixel.

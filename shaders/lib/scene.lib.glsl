@@ -1,40 +1,42 @@
-// A scene in storage buffers, as render/scene_gpu/scene_buffers.py writes them. All std430.
+// A scene in storage buffers, as render/scene_gpu/scene_buffers.py writes them (std430), and the look-up of the
+// properties of its surfaces.
 //
-//   instances_block  144 bytes each; those of one mesh are consecutive
-//   materials_block  80 bytes each
-//   places_block     with PLACES, the placement of the five maps of each material: two vec4 for each map,
-//                    a matrix by rows, then the offset, the set, and how it is wrapped
-//   lights_block     their number in 16 bytes, then 48 bytes each
+//   instances_block  144 bytes for each instance of a mesh; those of one mesh are consecutive
+//   materials_block  80 bytes for each material
+//   places_block     with PLACES, the placement of the five maps of each material: two vec4 for each map. The first one
+//                    is a matrix by rows. The second one has in xy the offset, in z the set of texture coordinates,
+//                    and in w how the map repeats: wrap of u + 4 * wrap of v.
+//   lights_block     the number of lights in 16 bytes, then 48 bytes for each light
+//   maps_tx          all maps, one in a layer
 //
-// The ray tracer reads more (lib/bvh.lib.glsl). The vertex buffer has two vec4 for each vertex:
-// position and u, normal and v. With BUMPS it has a third: the tangent and its sign. The index buffer
-// has three uints for each triangle, into all vertices. Where a mesh has colours at its vertices, these
-// are four half floats each in a buffer of their own. With PLACES the second set of texture coordinates
-// is another such buffer, two floats each.
+// The ray tracer reads more (lib/bvh.lib.glsl). The vertex buffer has two vec4 for each vertex: position and u, normal
+// and v. With BUMPS it has a third: the tangent and its sign. The index buffer has three uints for each triangle, which
+// number all vertices of the scene. If a mesh has colors at its vertices, they are in a buffer of their own, four half
+// floats each. With PLACES the second set of texture coordinates is in another such buffer, two floats each.
 //
 // With HOLES some materials have holes, or cover only a share of the background.
 
 struct Instance {
     mat4 to_world;
     mat4 to_object;  // zeros for an instance without extent
-    uvec4 numbers;   // material, mesh, the scene's number of this instance
+    uvec4 numbers;   // numbers: material, mesh, this instance in the scene
 };
 
 struct Material {
-    vec4 base_color;       // scene-linear, and alpha
+    vec4 base_color;       // scene-linear rgb, and alpha
     vec4 emission_cutoff;  // scene-linear radiance, and the alpha below which there is a hole
     vec4 rough_metal;      // roughness, metallic, steepness of bumps, strength of occlusion
-    ivec4 maps;            // layers: base colour, metallic and roughness, emission, normals; -1 for none
-    ivec4 more_maps;       // layer of occlusion; flags, see below
+    ivec4 maps;            // layers of maps_tx: base color, metallic and roughness, emission, normals; -1 for none
+    ivec4 more_maps;       // x layer of occlusion, -1 for none; y flags, see below
 };
 
-#define UNLIT 1    // unlit: its base colour is shown as it is
+#define UNLIT 1    // unlit: its base color is shown as it is
 #define BLENDED 2  // alpha is coverage
 
 struct Light {
-    vec4 position_inner;   // metres, and a spot's inner cosine
-    vec4 intensity_outer;  // candela-like, and a spot's outer cosine
-    vec4 axis;             // axis of a spot, unit; w is 1, or 2 if it fades smoothly; zeros if it is not a spot
+    vec4 position_inner;   // meters, and a spot's inner cosine
+    vec4 intensity_outer;  // rgb, candela-like, and a spot's outer cosine
+    vec4 axis;             // xyz unit axis of a spot; w is 1, or 2 if it fades smoothly; zeros if it is no spot
 };
 
 layout(std430) readonly buffer instances_block { Instance instances[]; };
@@ -46,7 +48,7 @@ layout(std430) readonly buffer lights_block {
 
 #ifdef PLACES
 layout(std430) readonly buffer places_block { vec4 places[]; };
-#define Uv vec4  // two sets of texture coordinates
+#define Uv vec4  // two sets of texture coordinates, xy and zw
 #else
 #define Uv vec2
 #endif
@@ -63,7 +65,8 @@ uniform sampler2DArray maps_tx;
 #define SMALL 1e-20
 #define LEAST_ALONG 1e-6  // squared sine of the angle below which a tangent is parallel to the normal
 
-// A point to be lit. The normals are unit and face the eye; `side` is without bumps.
+// A point to be lit. `normal` and `side` are unit and face the eye; `normal` is that of the normal map, `side` that of
+// the mesh.
 struct Surface {
     vec3 position_m;
     vec3 normal;
@@ -80,14 +83,15 @@ struct Surface {
 #define CLAMP 1
 #define MIRROR 2
 
-// A map repeats beyond its borders unless `wrap` says otherwise; `texel` is the width of a texel.
+// A texture coordinate within the map. Beyond its borders the map repeats, unless `wrap` is CLAMP or MIRROR; `texel` is
+// the width of a texel.
 float wrapped(float at, int wrap, float texel) {
     if (wrap == MIRROR) at = abs(mod(at + 1.0, 2.0) - 1.0);
     return wrap == 0 ? at : clamp(at, 0.5 * texel, 1.0 - 0.5 * texel);
 }
 #endif
 
-// Texture coordinates for a map of a material.
+// The texture coordinates at which a map of a material is read.
 vec2 map_uv(uint material, int map, Uv uv) {
 #ifdef PLACES
     uint at = 10u * material + 2u * uint(map);
@@ -102,7 +106,8 @@ vec2 map_uv(uint material, int map, Uv uv) {
 #endif
 }
 
-// Bilinear without mipmaps, so that the ray tracer and the rasteriser read the same value.
+// A value of a map; 1 without a map. Bilinear without mipmaps, so that the ray tracer and the rasterizer read the same
+// value.
 vec4 map_texel(int layer, vec2 uv) {
     return layer < 0 ? vec4(1.0) : textureLod(maps_tx, vec3(uv, float(layer)), 0.0);
 }
@@ -112,12 +117,13 @@ vec3 linear_of(vec3 srgb) {  // IEC 61966-2-1
     return mix(curve, srgb / 12.92, lessThanEqual(srgb, vec3(0.04045)));
 }
 
+// A scene-linear color of a map that is stored in sRGB; white without a map.
 vec3 map_color(int layer, vec2 uv) {
     return layer < 0 ? vec3(1.0) : linear_of(map_texel(layer, uv).rgb);
 }
 
-// `opacity` comes from the vertex colours. A partly transparent surface has a hole where its coverage is
-// not above `threshold`, which differs from sample to sample.
+// True if a material has a hole at a point. `opacity` comes from the vertex colors. A partly transparent surface has a
+// hole where its coverage is not above `threshold`, which differs from sample to sample.
 bool is_hole(uint material, Uv uv, float opacity, float threshold) {
     float cutoff = materials[material].emission_cutoff.a;
     bool is_blended = (materials[material].more_maps.y & BLENDED) != 0;
@@ -127,13 +133,14 @@ bool is_hole(uint material, Uv uv, float opacity, float threshold) {
     return is_blended ? alpha <= threshold : alpha < cutoff;
 }
 
+// The unit vector along v, or `otherwise` if v has no direction.
 vec3 unit_or(vec3 v, vec3 otherwise) {
     float square = dot(v, v);
     return square > SMALL && square < 1.0 / SMALL ? v * inversesqrt(square) : otherwise;
 }
 
-// `normal` is unit; `tangent` need be neither unit nor perpendicular to it. Returns the normal unchanged
-// if there is no map or the tangent is degenerate.
+// The normal with the bumps of the normal map, which is read at `at`. `normal` is unit; `tangent` need be neither unit
+// nor perpendicular to it. Returns the normal unchanged if there is no map or the tangent is degenerate.
 vec3 with_bumps(Material m, vec3 normal, vec4 tangent, vec2 at) {
 #ifdef BUMPS
     if (m.maps.w < 0) return normal;
@@ -150,8 +157,8 @@ vec3 with_bumps(Material m, vec3 normal, vec4 tangent, vec2 at) {
 #endif
 }
 
-// `normal` and `tangent` may have any length and face either side; `tint` is the vertex colour; `to_eye`
-// is unit.
+// The properties of a surface at a point. `normal` and `tangent` may have any length and face either side; `tint` is
+// the vertex color; `to_eye` is unit.
 Surface surface_of(
     uint material, vec3 position_m, vec3 normal, vec4 tangent, Uv uv, vec3 tint, vec3 to_eye
 ) {

@@ -1,25 +1,31 @@
-// Light leaving a surface, and the sky. The rasteriser and the ray tracer share this code and the sun's
-// shadow map, so comparing their pictures compares only the lenses.
-// Include lib/scene.lib.glsl first. Uniforms: SceneRaster.shading_uniforms(); textures: maps_tx, shadow_tx.
+// The light that leaves a surface towards the eye, and the light of the sky. The rasterizer and the ray tracer share
+// this code and the sun's shadow map, so that a comparison of their pictures compares only the lenses.
+//
+// Include lib/scene.lib.glsl first. SceneRaster.shading_uniforms() gives the uniforms. Light is scene-linear rgb.
+//
+//   nv, nl, nh, vh   cosines between the normal n, the directions to the eye v and to the light l, and the direction h
+//                    half-way between v and l
+//   facing           reflectance of a surface that is seen along its normal
+//   share            share of light that is mirrored; the rest is scattered (diffuse)
 
 #include "lib/pi.lib.glsl"
 
 uniform sampler2DShadow shadow_tx;
-uniform mat4 shadow_from_world;  // to 0..1 in all three axes
+uniform mat4 shadow_from_world;  // maps world space to 0..1 in all three axes
 uniform float shadow_texel_m;    // width of a texel of the map in the world
-uniform vec3 to_sun;             // unit
+uniform vec3 to_sun;             // unit direction to the sun
 uniform vec3 sun_light;          // irradiance of a surface that faces it
 uniform vec3 sky_zenith;
 uniform vec3 sky_horizon;
 uniform vec3 sky_ground;
-uniform vec3 sky_light[3];       // diffuse light for a normal's y: a + b y + c y^2
+uniform vec3 sky_light[3];       // a, b, c of the sky's diffuse light a + b y + c y^2, y of the normal
 
 #define MOST_LIGHT 65504.0     // the largest half float
 #define LEAST_ROUGHNESS 0.1    // rays would miss the glint of a smoother surface
-#define GROUND_BAND 0.1        // sky and ground blend over this, sine of an angle
+#define GROUND_BAND 0.1        // sine of the angle over which sky and ground blend
 #define NORMAL_OFFSET 2.0      // height above the surface, in texels, at which the shadow map is read in grazing light
 #define FACING_OFFSET 0.3      // share of that height where the surface faces the sun, against rounding
-#define SLOPE_OFFSET 0.7       // share added in proportion to the slope; both sum to 1
+#define SLOPE_OFFSET 0.7       // share that is added in proportion to the slope; the two sum to 1
 #define LEAST_VIEW_COSINE 1e-3 // keeps the visibility term finite at grazing angles
 #define DIELECTRIC_F0 0.04     // reflectance of a refractive index of 1.5, the default of glTF
 #define SCHLICK_POWER 5.0      // Schlick 1994
@@ -29,26 +35,28 @@ uniform vec3 sky_light[3];       // diffuse light for a normal's y: a + b y + c 
 #define SMOOTH_SPOT_FROM 1.5   // axis.w is 2 for a spot that fades smoothly, else 1
 #define LEAST_CONE_WIDTH 1e-4  // cosine: a spot with equal inner and outer angle has a hard edge
 
-// `direction` is unit; `soft` is the spread of its y.
+// The sky in a unit direction, blurred as if the direction's y were spread by `soft`.
 vec3 blurred_sky(vec3 direction, float soft) {
     float up = max(direction.y, 0.0);
     vec3 above = mix(sky_horizon, sky_zenith, up * (2.0 - up));
     return mix(sky_ground, above, smoothstep(-GROUND_BAND - soft, soft, direction.y));
 }
 
+// The sky in a unit direction.
 vec3 sky(vec3 direction) { return blurred_sky(direction, 0.0); }
 
+// The sky's diffuse light on a surface whose normal has this y.
 vec3 sky_diffuse(float y) {
     return max(sky_light[0] + y * (sky_light[1] + y * sky_light[2]), 0.0);
 }
 
-// Blends between the sky's mirror image and its diffuse light.
+// The sky's light that a surface of this roughness mirrors: a blend of its mirror image and its diffuse light.
 vec3 sky_glossy(vec3 direction, float roughness) {
     vec3 mirrored = blurred_sky(direction, roughness);
     return mix(mirrored, sky_diffuse(direction.y), roughness * (2.0 - roughness));
 }
 
-// Visible share of the sun: four texels of the shadow map, compared from above the surface.
+// Visible share of the sun at a point, 0..1: four texels of the shadow map, compared with a point above the surface.
 float sun_share(vec3 position_m, vec3 normal) {
     float facing = dot(normal, to_sun), slope = sqrt(max(1.0 - facing * facing, 0.0));
     vec3 from = position_m + normal * (NORMAL_OFFSET * shadow_texel_m * (FACING_OFFSET + SLOPE_OFFSET * slope));
@@ -57,9 +65,9 @@ float sun_share(vec3 position_m, vec3 normal) {
     return textureLod(shadow_tx, at, 0.0);
 }
 
-// Energy compensation for multiple reflections of GGX with the visibility below, as a factor on the single
-// reflection: Turquin 2019. FIT approximates the energy lost by a white mirror, to within 4 % of the factor:
-// each column is a power of roughness, its rows 1, sqrt(nv) and nv.
+// Factor on the single reflection that makes up for the light of multiple reflections, which the model of
+// `reflect_light` (GGX) leaves out: Turquin 2019. FIT approximates the energy that a white mirror loses, to within 4 %
+// of the factor: its columns belong to the powers 1 to 4 of roughness, its rows to 1, sqrt(nv) and nv.
 vec3 multiple_reflection_gain(vec3 facing, float roughness, float nv) {
     const mat4x3 FIT = mat4x3(
         1.898, -6.447, 4.905, -7.705, 32.084, -27.384, 9.531, -42.905, 40.383, -3.816, 18.48, -18.336
@@ -70,8 +78,8 @@ vec3 multiple_reflection_gain(vec3 facing, float roughness, float nv) {
     return 1.0 + facing * lost / (1.0 - lost);
 }
 
-// Lambert and GGX with the height-correlated visibility of Heitz 2014, times the cosine. `share` of the light
-// is mirrored towards the eye; the rest is scattered.
+// Share of light from a direction that a surface reflects to the eye, times the cosine: Lambert for the scattered
+// light, and GGX with the height-correlated visibility of Heitz 2014 for the mirrored light.
 vec3 reflect_light(Surface s, vec3 to_eye, vec3 to_light, vec3 share) {
     float nl = dot(s.normal, to_light);
     if (nl <= 0.0) return vec3(0.0);
@@ -88,7 +96,7 @@ vec3 reflect_light(Surface s, vec3 to_eye, vec3 to_light, vec3 share) {
     return nl * (diffuse + mirrored * (aa / (PI * spread * spread) * visible));
 }
 
-// Share of ambient light that is mirrored: the fit of Karis 2014 to the integral of GGX, with the energy
+// Share of light from all around that is mirrored: the fit of Karis 2014 to the integral of GGX, with the energy
 // compensation of Turquin 2019, without which rough metals would be too dark.
 vec3 mirrored_share(vec3 facing, float roughness, float nv) {
     const vec4 SLOPE = vec4(-1.0, -0.0275, -0.572, 0.022), CONSTANT = vec4(1.0, 0.0425, 1.04, -0.04);
@@ -119,7 +127,7 @@ vec3 from_light(Light light, Surface s, vec3 to_eye, vec3 share) {
     return cone / square * light.intensity_outer.rgb * reflect_light(s, to_eye, to_light, share);
 }
 
-// Radiance towards the eye; `to_eye` is unit. Never NaN, never more than a half float holds.
+// Radiance towards the eye; `to_eye` is unit. It is never NaN, and never more than a half float holds.
 vec3 shade(Surface s, vec3 to_eye) {
     if (!s.is_lit) return clamp(s.base_color, 0.0, MOST_LIGHT);
     float nv = clamp(dot(s.normal, to_eye), 0.0, 1.0);

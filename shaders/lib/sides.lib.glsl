@@ -1,18 +1,21 @@
-// Sums of views or rays through a shaped opening, separately for the two sides of the focus: with a rim their weights
-// differ, and a single sum of weights would depend on the scene.
+// Sums of views or rays through a shaped opening, kept separately for points of the scene behind the focus and in
+// front of it. With a bright or soft rim the weights of a view differ between these two sides, and a single sum of
+// weights would depend on the scene.
 //
-// A point in front of the focus gets its share of the whole light of the opening, regardless of other points.
-// Points behind share the rest by their own weights. A uniform picture therefore stays uniform, and a lamp
-// keeps its light.
+// Points in front of the focus get their share of the whole light of the opening, regardless of other points. Points
+// behind share the rest by their own weights. A uniform picture therefore stays uniform, and a lamp keeps its light.
 //
-// `sides_img` holds a layer for each of the sums below.
+// Include lib/aperture.lib.glsl with SHAPED first, and define LEAST_WEIGHT, the least weight of a view or ray.
+//
+// In and out
+//   sides_img   a layer for each of the sums below, in their order
 
 struct Sides {
     vec4 behind;         // light times weight, behind the focus
-    vec4 behind_weight;
+    vec4 behind_weight;  // sum of these weights
     vec4 front;          // light times weight, in front of the focus
-    vec4 front_weight;
-    vec4 front_all;      // the weight if everything were in front
+    vec4 front_weight;   // sum of these weights
+    vec4 front_all;      // sum of the weights of all views or rays if everything were in front
 };
 
 layout(rgba32f) uniform image2DArray sides_img;
@@ -33,7 +36,8 @@ void write_sides(ivec2 at, Sides sides) {
     imageStore(sides_img, ivec3(at, 4), sides.front_all);
 }
 
-// Adds light that came through a point of the opening to the channels whose mask in `colors` is 1.
+// Adds light that came through the point `p` of the opening, in radii, to the channels whose mask in `colors` is 1.
+// `place` is the position of its source in the pinhole picture.
 void add_light(inout Sides sides, vec4 light, vec2 p, vec2 place, bool is_behind, vec4 colors) {
     vec4 in_front = max(aperture_weight(p, place, false), LEAST_WEIGHT) * colors;
     sides.front_all += in_front;
@@ -47,7 +51,7 @@ void add_light(inout Sides sides, vec4 light, vec2 p, vec2 place, bool is_behind
     }
 }
 
-// The mean of all views or rays.
+// The mean light of all views or rays.
 vec4 mean_of(Sides sides) {
     vec4 all = max(sides.front_all, 1e-30), behind = sides.behind / max(sides.behind_weight, 1e-30);
     return sides.front / all + (1.0 - sides.front_weight / all) * behind;

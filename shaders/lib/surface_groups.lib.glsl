@@ -1,12 +1,14 @@
-// Groups the samples of a pixel into surfaces, near to far, from samples of the visible surface and the
-// next two behind it. Samples whose distances differ by less than SAME_GROUP are one surface.
+// Groups the samples of a pixel into surfaces, near to far. The samples are those of the visible surface (front) and of
+// the next two surfaces behind it. Samples whose distances differ by a ratio of less than SAME_GROUP are one surface.
+// Distances are in dioptres (1 / meters), 0 for the sky.
 //
 // Inputs
-//   front_tx     front_side x front_side samples a pixel, of PEEL_DRAWS draws below each other: rgb,
-//                a dioptres
-//   done_tx      1 where only one surface is visible in a pixel, and front_tx has no samples
-//   first_tx     behind_side x behind_side samples a pixel: r metres of the visible surface
-//   behind_tx, last_tx   rgb, a dioptres of the next surface and the one after it
+//   front_tx    front_side x front_side samples a pixel in each of PEEL_DRAWS draws, which lie below each other:
+//               rgb, a dioptres
+//   done_tx     1 where only one surface is visible in a pixel, and front_tx has no samples
+//   first_tx    behind_side x behind_side samples a pixel: r meters of the visible surface, +inf for the sky
+//   behind_tx   the same samples: rgb, a dioptres of the next surface
+//   last_tx     the same samples: rgb, a dioptres of the surface after that
 
 uniform sampler2D front_tx;
 uniform sampler2D done_tx;
@@ -14,7 +16,7 @@ uniform sampler2D first_tx;
 uniform sampler2D behind_tx;
 uniform sampler2D last_tx;
 
-#define SAME_GROUP 1.03    // ratio of distances within which surfaces are one
+#define SAME_GROUP 1.03    // ratio of distances within which samples are of one surface
 #define GROUPS_MOST 6      // most surfaces of a pixel; the last one gets all remaining samples
 #define LEAST_COVER 0.004  // less than the smallest share that samples can resolve
 #define BEHIND_COUNT (behind_side * behind_side)
@@ -22,10 +24,10 @@ uniform sampler2D last_tx;
 uniform int front_side;
 uniform int behind_side;
 
-// State of the pixel that this invocation processes.
+// State of the pixel that this invocation processes; `begin_pixel` sets it.
 bool is_done;
-int front_count;     // number of samples; 1 if the pixel is done
-float own_dioptres;  // where it is done
+int front_count;     // number of front samples; 1 if the pixel is done
+float own_dioptres;  // dioptres of the visible surface, used if the pixel is done
 
 void begin_pixel(ivec2 at, float depth_m) {
     is_done = texelFetch(done_tx, at, 0).r > 0.0;
@@ -33,7 +35,7 @@ void begin_pixel(ivec2 at, float depth_m) {
     own_dioptres = 1.0 / depth_m;
 }
 
-// One visible sample; without its colour in a pixel that is done.
+// Front sample i of a pixel: rgb, a dioptres. In a pixel that is done it has no color.
 vec4 front_sample(ivec2 pixel, int i) {
     if (is_done) return vec4(vec3(0.0), own_dioptres);
     int draw = i % PEEL_DRAWS, number = i / PEEL_DRAWS, height = textureSize(front_tx, 0).y / PEEL_DRAWS;
@@ -41,14 +43,16 @@ vec4 front_sample(ivec2 pixel, int i) {
     return texelFetch(front_tx, at + ivec2(0, draw * height), 0);
 }
 
+// A surface in a pixel.
 struct Group {
     vec3 color;
-    float cover;     // share of what nearer surfaces leave open, if visible; else share of the pixel
+    float cover;     // if visible, its share of what nearer surfaces leave open; else its share of the pixel
     float dioptres;
     bool is_visible;
 };
 
-// One sample behind; y < 0 where there is none because the sky is visible there.
+// One sample of the next surface, or with `is_last` of the one after it: rgb, a dioptres. Alpha is -1 where there is
+// none, because the sky is in front of it.
 vec4 behind_sample(ivec2 at, bool is_last) {
     vec4 next = texelFetch(behind_tx, at, 0);
     bool has_next = !isinf(texelFetch(first_tx, at, 0).r);
@@ -56,8 +60,8 @@ vec4 behind_sample(ivec2 at, bool is_last) {
     return has_next && next.a > 0.0 ? texelFetch(last_tx, at, 0) : vec4(vec3(0.0), -1.0);
 }
 
-// Dioptres of the nearest sample. A hidden one may be nearer than all visible ones, which are elsewhere
-// in the pixel.
+// Dioptres of the nearest sample of a pixel. A hidden one may be nearer than all visible ones, because these are at
+// other points of the pixel.
 float nearest_sample(ivec2 pixel) {
     float nearest = -1.0;
     for (int i = 0; i < front_count; ++i) nearest = max(nearest, front_sample(pixel, i).a);
@@ -69,9 +73,9 @@ float nearest_sample(ivec2 pixel) {
     return nearest;
 }
 
-// Gathers the samples from `low` up to, but excluding, `high` dioptres. `open_count` is the number of front samples
-// that are not hidden, reduced here. `next` becomes the dioptres of the nearest sample below `low`, -1 for none:
-// each sample is read only once for each surface.
+// The surface of the samples from `low` up to, but excluding, `high` dioptres. `open_count` is the number of front
+// samples that no surface so far has taken; those of this surface are subtracted. `next` becomes the dioptres of the
+// nearest sample below `low`, -1 for none. Finding it here reads each sample only once for each surface.
 Group group_within(ivec2 pixel, float low, float high, inout int open_count, out float next) {
     vec4 visible = vec4(0.0), hidden = vec4(0.0);
     int visible_count = 0, hidden_count = 0;

@@ -1,30 +1,34 @@
-// Unmixes hair narrower than two pixels in front of much brighter surfaces, where no pixel certainly shows one surface
-// alone. The near colour is the darkest around. The far colour is that of the pixel around that explains the mix
-// best, because a mean would mix a window with its bars.
+// Separates the colors that are mixed in a pixel with hair (near) in front of a much brighter surface (far). Hair is
+// narrower than two pixels, so that no pixel certainly shows one surface alone. The near color is the darkest of the
+// nearer pixels around. The far color is that of the pixel around that explains the mix best, because a mean would
+// mix a window with its bars: each candidate has a price, and the lowest one counts.
+//
+// Nearer pixels are those whose depth was sampled on a surface in front of the far one.
 //
 // Part of fragments_thin.comp.glsl, after lib/rim.lib.glsl and lib/tone.lib.glsl.
 
 #define THIN_REACH 3          // pixels searched on each side
 #define THIN_SIDE 7           // side of the searched square, pixels
-#define BRIGHTER_FROM 4.0     // ratio of far to near light from which the mix is used for the coverage
-#define BRIGHTER_FULL 8.0     // ratio from which the mix alone is used
-#define DISTANCE_PRICE 0.01   // added for each pixel between the mix and its far colour
-#define MIXED_PRICE 0.05      // added for each nearer pixel in the row and column of the far colour
-#define MISSED_PRICE 0.3      // times the excess coverage of a pixel whose depth missed the near surface
-#define MISSED_COVERAGE 0.5   // coverage from which there is such an excess
+#define BRIGHTER_FROM 4.0     // ratio of far to near light from which the pixel is unmixed here
+#define BRIGHTER_FULL 8.0     // ratio from which the confidence in it is 1
+#define DISTANCE_PRICE 0.01   // added to the price for each pixel of distance to the candidate
+#define MIXED_PRICE 0.05      // added for each nearer pixel above, below, left and right of the candidate
+#define MISSED_PRICE 0.3      // times the excess coverage, in a pixel whose depth sample missed the near surface
+#define MISSED_COVERAGE 0.5   // coverage above which there is such an excess
 
 struct Mixture {
-    vec3 near, far;
-    float coverage;  // of the near colour
+    vec3 near, far;  // rgb of the two surfaces
+    float coverage;  // share of the pixel that the near surface covers
     float sure;      // confidence, 0..1
 };
 
 struct Extremes {
     vec3 darkest;      // of the nearer pixels
-    float near_light;  // its light
-    float far_light;   // most light of the other pixels
+    float near_light;  // mean of its rgb
+    float far_light;   // largest mean of rgb of the other pixels
 };
 
+// Offset of pixel i of the searched square from its middle.
 ivec2 offset_of(int i) { return ivec2(i % THIN_SIDE, i / THIN_SIDE) - THIN_REACH; }
 
 // The darkest nearer pixel and the brightest other pixel around; of one pixel only, unless `is_thin`.
@@ -50,9 +54,9 @@ float nearer_beside(ivec2 at, float far_coc) {
     return count;
 }
 
-// True beside a nearer surface that ends again after one or two pixels and has no unmixed pixel.
+// True beside a nearer surface that ends again after one or two pixels, and beside whose rim no pixel shows it alone.
 bool is_beside_thin(ivec2 at, float coc) {
-    uint ending = 0u;  // bits of neighbours at such a surface; examined last, because that takes longer
+    uint ending = 0u;  // bits of neighbors at such a surface; examined last, because that takes longer
     for (int k = 0; k < 9; ++k) ending |= uint(ends_in(at, k, coc)) << k;
     bool is_thin = false;
     while (ending != 0u && !is_thin) {
@@ -70,7 +74,7 @@ Mixture thin_mixture(ivec2 at, float far_coc, bool is_thin) {
     float ratio = extremes.far_light / max(extremes.near_light, 1e-3);
     Mixture best = Mixture(x, x, 1.0, is_thin ? smoothstep(BRIGHTER_FROM, BRIGHTER_FULL, ratio) : 0.0);
     float least = HALF_MAX, missed_price = is_in_front(coc_at(at), far_coc) ? 0.0 : MISSED_PRICE;
-    int i = best.sure > 0.0 ? 0 : THIN_SIDE * THIN_SIDE - 1;
+    int i = best.sure > 0.0 ? 0 : THIN_SIDE * THIN_SIDE - 1;  // one round, as above, if the result is not used
     do {
         ivec2 offset = offset_of(i), p = inside(at + offset);
         if (is_in_front(coc_at(p), far_coc)) continue;

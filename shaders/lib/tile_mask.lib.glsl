@@ -1,5 +1,5 @@
-// Mask of the active tiles of a picture: a word for each tile of TILE x TILE pixels, row by row, 0 if
-// there is nothing to do. Other tiles are neither read nor written.
+// Mask of the active tiles of a picture: a word for each tile of TILE x TILE pixels, row by row. It is 0 if there is
+// nothing to do in the tile; such tiles are neither read nor written.
 
 layout(std430) readonly buffer tile_mask_block { uint tile_mask_buf[]; };
 uniform int tiles_across;  // tiles across the whole picture

@@ -1,5 +1,5 @@
-// Factor on a surface's colour, and its opacity in alpha: its vertex colours with COLORS, else white.
-// `centroid` keeps interpolation inside the triangle at its edges.
+// The tint of a surface: a factor on its color, and its opacity in alpha. With COLORS it comes from the vertex colors,
+// else it is white. `centroid` keeps the interpolation inside the triangle at its edges.
 
 #ifdef COLORS
 centroid in vec4 tint;

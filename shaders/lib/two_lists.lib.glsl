@@ -1,11 +1,11 @@
-// Two lists of pixels in one buffer, one from the front on and one from the end backwards: neighbouring invocations
-// of a later pass do the same kind of work (lib/pixel_list.lib.glsl). A word is y << 16 | x, perhaps with flags.
-// The order of words differs from run to run.
+// Two lists of pixels in one buffer: one (front) from the first word on, the other (back) from the last word backwards.
+// In this way neighboring invocations of a later pass do the same kind of work, see lib/pixel_list.lib.glsl. A word is
+// y << 16 | x, perhaps with flags. The order of the words differs from run to run.
 
 #include "lib/list_slice.lib.glsl"
 
 layout(std430) buffer two_lists_block {
-    uint front_groups[3];  // workgroups of a pass over the front,
+    uint front_groups[3];  // workgroups (x, y, z) of a pass over the front list,
     uint front_count;
     uint back_groups[3];   // of one over the back,
     uint back_count;
@@ -14,7 +14,8 @@ layout(std430) buffer two_lists_block {
     uint listed_words[];
 };
 
-// `parts` is the number of slices in which the later passes work.
+// Appends a word to one of the lists, and a workgroup of the later passes if the word is the first of a group. `parts`
+// is the number of slices in which the later passes work.
 void append_word(bool is_front, uint word, int parts) {
     uint slot = is_front ? atomicAdd(front_count, 1u) : atomicAdd(back_count, 1u);
     uint per_group = PIXELS_PER_GROUP * uint(parts), last = uint(listed_words.length()) - 1u;
@@ -25,13 +26,14 @@ void append_word(bool is_front, uint word, int parts) {
     listed_words[is_front ? slot : last - slot] = word;
 }
 
+// A word by its number: first the front list, then the back list.
 uint word_at(uint slot) {
     return listed_words[slot < front_count ? slot : uint(listed_words.length()) - 1u - (slot - front_count)];
 }
 
 ivec2 pixel_of_word(uint word) { return ivec2(word & 0x7fffu, word >> 16 & 0x7fffu); }
 
-// Loop over the lists, in the main of a later pass.
+// Loop over the slice of one list or of both, in the main of a later pass; DO is a function of the word.
 #define FOR_EACH_OF(FIRST, COUNT, DO) \
     uint count = COUNT, slot = slice_start(count) + gl_GlobalInvocationID.x; \
     if (slot >= slice_end(count)) return; \

@@ -1,20 +1,21 @@
-// Finds the pixels that need no more samples, because their samples and those of their neighbours agree so well
+// Finds the pixels that need no more samples (done), because their samples and those of their neighbors agree so well
 // that more would make no visible difference.
 //
 // Input
-//   spread_tx     see antialias_mean
+//   spread_tx     r luminance, g standard deviation of the samples, as antialias_mean.comp.glsl writes them
 // Output
 //   out_done_img  1 where a pixel is done, else 0
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D spread_tx;
-uniform float most;  // largest deviation to accept, as a share of the light
-uniform int reach;   // pixels to look at on each side
+uniform float most;  // largest standard deviation to accept, as a share of the luminance
+uniform int reach;   // how many pixels to look at on each side of a pixel
 layout(r16f) uniform writeonly image2D out_done_img;
 
-#define STEP 2.0  // step between neighbouring pixels, in deviations, from which it is an edge
+#define STEP 2.0  // difference between neighboring pixels that is an edge, in largest accepted deviations
 
+// Luminance and standard deviation at a pixel; beyond the border those of the nearest pixel.
 vec2 spread_at(ivec2 at) {
     return texelFetch(spread_tx, clamp(at, ivec2(0), textureSize(spread_tx, 0) - 1), 0).rg;
 }

@@ -1,12 +1,12 @@
-// Computes the mean of the samples of each pixel of a band, and how much they differ.
+// Computes, for each pixel of a band of rows of the picture, the mean of its samples and how much they differ.
 //
 // Inputs
-//   samples_tx      rgb, `across` x `across` samples a pixel
+//   samples_tx      scene-linear rgb of the band, `across` x `across` samples a pixel
 //   first_row       first row of the band
 //   end_row         the row after its last one
 // Outputs
-//   mean_img        rgb, alpha 1
-//   out_spread_img  r luminance plus `darkest`, g its standard deviation
+//   mean_img        rgb mean of the samples, alpha 1
+//   out_spread_img  r luminance of the mean plus `darkest`, g standard deviation of the samples' luminance
 
 #include "lib/antialias.lib.glsl"
 
@@ -16,7 +16,7 @@ uniform sampler2D samples_tx;
 uniform int across;
 uniform int first_row;
 uniform int end_row;
-uniform float darkest;  // added to the light, because the eye sees little in the dark
+uniform float darkest;  // added to the luminance, because the eye sees little in the dark
 writeonly uniform image2D mean_img;
 layout(rg16f) uniform writeonly image2D out_spread_img;
 

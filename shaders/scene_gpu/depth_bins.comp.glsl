@@ -1,10 +1,11 @@
-// Counts the pixels in each of DEPTH_BINS even bins of dioptres, exactly as core/model/value_bins.py does:
-// layers are chosen by which bins are empty, so the result must not depend on the machine.
+// Counts the pixels in each of DEPTH_BINS even bins of dioptres (1 / meters), exactly as core/model/value_bins.py does.
+// The empty bins determine the layers, so the result must not depend on the machine. Each workgroup counts in shared
+// memory first.
 //
 // Input
-//   depth_img    planar metres up to 1e37, +inf where nothing was hit
+//   depth_img    planar depth, meters up to 1e37, +inf where nothing was hit
 // Output
-//   count_buf    zeros before the pass
+//   count_buf    number of pixels in each bin; has to contain zeros before the pass
 
 #include "lib/reciprocal.lib.glsl"
 
@@ -12,8 +13,8 @@
 layout(local_size_x = WORKERS) in;
 
 layout(r32f) uniform readonly image2D depth_img;
-uniform float low;       // dioptres of the first bin's lower end
-uniform float per_step;  // bins a dioptre
+uniform float low;       // dioptres at the lower end of the first bin
+uniform float per_step;  // number of bins for each dioptre
 layout(std430) buffer count_block { uint count_buf[DEPTH_BINS]; };
 
 shared uint counts_sh[DEPTH_BINS];

@@ -1,10 +1,10 @@
-// Finds the nearest and the farthest depth of a picture, and counts the pixels that hit nothing. The
-// bits of positive floats sort as the floats do, +inf last.
+// Finds the nearest and the farthest depth of a picture, and counts the pixels that hit nothing. Depths are compared by
+// their bits as whole numbers, because the bits of positive floats sort as the floats do, +inf last.
 //
 // Input
-//   depth_img    planar metres, +inf where nothing was hit
+//   depth_img    planar depth, meters, +inf where nothing was hit
 // Output
-//   bounds       ~0, 0, 0, 0 before the pass
+//   bounds       bits of depths, and a count; has to contain ~0, 0, 0, 0 before the pass
 
 #define WORKERS 256
 layout(local_size_x = WORKERS) in;
@@ -13,11 +13,11 @@ layout(r32f) uniform readonly image2D depth_img;
 layout(std430) buffer bounds_block {
     uint nearest;
     uint farthest;
-    uint farthest_hit;  // 0 if nothing was hit
-    uint infinite;      // pixels
+    uint farthest_hit;  // the farthest depth that is not +inf; 0 if nothing was hit
+    uint infinite;      // number of pixels that hit nothing
 } bounds;
 
-const uint INFINITE = 0x7f800000u;
+const uint INFINITE = 0x7f800000u;  // the bits of +inf
 
 shared uint nearest_sh, farthest_sh, farthest_hit_sh, infinite_sh;
 

@@ -1,11 +1,14 @@
-// Finds the nearest and the farthest depth in each ring of pixels around a picture. From these the CPU computes how
-// much of the overscan blurs into the picture through any lens. The bits of positive floats sort as the floats do.
+// Finds the nearest and the farthest depth in each ring of pixels around a picture. The rings make up the overscan: the
+// margin of pixels outside the picture. From the depths the CPU computes how much of the overscan blurs into the
+// picture through any lens. Depths are compared by their bits, because the bits of positive floats sort as the floats
+// do.
 //
 // Inputs
-//   depth_tx    planar metres of picture and overscan, +inf where nothing was hit
+//   depth_tx    planar depth of picture and overscan, meters, +inf where nothing was hit
 //   margin_px   width of the overscan on every side
 // Output
-//   ring_buf    nearest and farthest, from the innermost ring on; has to hold ~0, 0 for each before
+//   ring_buf    bits of the nearest and of the farthest depth of each ring, from the innermost one on; has to contain
+//               ~0, 0 for each before the pass
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

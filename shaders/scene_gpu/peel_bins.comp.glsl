@@ -1,9 +1,11 @@
-// Counts the fragments in each of DEPTH_BINS even bins of dioptres, see depth_bins.comp.glsl.
+// Counts the listed fragments in each of DEPTH_BINS even bins of dioptres, as depth_bins.comp.glsl does with pixels.
 //
-// Input
-//   fragment_buf   three words a fragment, the third its dioptres
+// Inputs
+//   fragment_buf   three words a fragment, the third its dioptres (lib/fragment_words.lib.glsl)
+//   low            dioptres at the lower end of the first bin
+//   per_step       number of bins for each dioptre
 // Output
-//   count_buf      added to
+//   count_buf      number in each bin; the fragments are added to what it contains
 
 layout(local_size_x = WORD_GROUP) in;
 

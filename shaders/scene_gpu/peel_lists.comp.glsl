@@ -1,18 +1,23 @@
-// Builds the fragment lists for a band of a scene's picture (packed as in lib/fragment_list.lib.glsl).
-// Compiled twice: COUNT writes the length of each list; WRITE, after peel_starts, the lists themselves.
+// Builds the fragment lists (lib/fragment_list.lib.glsl) for a band of rows of a scene's picture. Each fragment is a
+// surface in a pixel, which lib/surface_groups.lib.glsl makes from samples, near to far.
+//
+// The shader is built twice. With COUNT it writes the length of each list. peel_starts.comp.glsl turns the lengths into
+// starts. Then the build without COUNT writes the lists themselves.
 //
 // Inputs
-//   lib/surface_groups.lib.glsl
-//   depth_tx       metres of the picture
+//   samples        see lib/surface_groups.lib.glsl
+//   depth_tx       planar depth of the picture, meters
 //   first_row      first row of the band
 //   end_row        the row after its last one
-// Output of COUNT
+//   start_buf      without COUNT: twice the start of each pixel's list, plus 1 if it begins with the visible surface
+// Output with COUNT
 //   start_buf      twice the length of each pixel's list, plus 1 if it begins with the visible surface
-// Input of WRITE   start_buf    Outputs
-//   fragment_buf   three words a fragment
-//   out_place_img  r, g position of the light in its pixel, from the centre, b the variance, pixels
-//   out_color_img  the mean of the samples, where the pixel was not done
-//   out_depth_img  metres; of the nearest fragment if the list begins with the visible surface
+// Outputs without COUNT
+//   fragment_buf   three words a fragment (lib/fragment_words.lib.glsl)
+//   out_place_img  position of the light in its pixel: r, g from the center in pixels, b the variance along an axis in
+//                  pixels^2
+//   out_color_img  rgb mean of the front samples, where the pixel was not done
+//   out_depth_img  meters; of the nearest fragment if the list begins with the visible surface
 
 #include "lib/surface_groups.lib.glsl"
 
@@ -20,7 +25,7 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;
 uniform int end_row;
-uniform vec2 shifts[PEEL_DRAWS];  // shift of each draw, in distances of samples
+uniform vec2 shifts[PEEL_DRAWS];  // shift of the samples in each draw, in distances between samples
 uniform sampler2D depth_tx;
 
 #ifdef COUNT
@@ -32,8 +37,8 @@ layout(rgba16f) uniform writeonly image2D out_color_img;
 layout(r32f) uniform writeonly image2D out_depth_img;
 layout(rgba16f) uniform writeonly image2D out_place_img;
 
-// The mean position of the pixel's light and its variance along an axis, weighted by luminance: a lamp outweighs its
-// surroundings. Also adds up the light.
+// The position of the pixel's light as out_place_img has it: the mean and the variance of the samples' positions,
+// weighted by their light, so that a lamp outweighs its surroundings. `light_sum` becomes the sum of the samples.
 vec4 light_position(ivec2 pixel, out vec3 light_sum) {
     light_sum = vec3(0.0);
     if (is_done) return vec4(0.0, 0.0, 1.0 / 12.0, 1.0);
@@ -85,6 +90,7 @@ void main() {
     if (list_capacity == 0u) return;
     has_front = (start_buf[index] & 1u) == 1u;
 #endif
+    // one surface each round, from the nearest sample on; the last round takes all remaining samples
     for (int k = 0; k < GROUPS_MOST && nearest >= 0.0; ++k) {
         float low = k == GROUPS_MOST - 1 ? 0.0 : nearest / SAME_GROUP, next;
         Group group = group_within(pixel, low, limit, open_count, next);
@@ -92,10 +98,11 @@ void main() {
         nearest = next;
         if (group.cover < LEAST_COVER) continue;
 #ifdef COUNT
+        // the list begins with the visible surfaces if the nearest one covers only a part of the pixel
         if (is_first) has_front = group.is_visible && group.cover < 1.0;
         if (has_front || !group.is_visible) ++count;
 #else
-        if (!has_front && group.is_visible) continue;
+        if (!has_front && group.is_visible) continue;  // the picture itself shows this surface
         if (count < list_capacity) write_fragment(start + count, group);
         if (has_front && is_first) imageStore(out_depth_img, at, vec4(1.0 / group.dioptres));
         ++count;

@@ -1,15 +1,14 @@
-// Ray-traced depth of field: each ray starts at a random point of the lens and passes through its pixel's
-// point in the plane of focus. Cook, Porter and Carpenter 1984, without motion blur. Random numbers are
-// independent between pixels and rays, so the remaining error is noise of known size.
+// Renders a scene with depth of field by ray tracing: each ray starts at a random point of the lens and passes through
+// its pixel's point in the plane of focus (Cook, Porter and Carpenter 1984, without motion blur). Random numbers are
+// independent between pixels and rays, so the remaining error is noise of known size. Each run adds one ray a pixel.
 //
 // Inputs
-//   the blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl, the uniforms of lib/shading.lib.glsl;
-//   with COLORS the block of the vertices' colours, with PLACES that of their second texture coordinates
+//   the blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl, and the inputs of lib/shading.lib.glsl
 // In and out
-//   sum_img    light of all rays so far, and in alpha their number; with SHAPED only this, and the light in
-//              the layers of lib/sides.lib.glsl
-// Outputs
-//   mean_img   rgb their mean, alpha 1
+//   sum_img    rgb sum of the light of all rays so far, a their number. With SHAPED only alpha is used, and the light
+//              is in the layers of lib/sides.lib.glsl.
+// Output
+//   mean_img   rgb mean of the rays, alpha 1
 
 #include "lib/scene.lib.glsl"
 #include "lib/shading.lib.glsl"
@@ -19,24 +18,24 @@
 #include "lib/aperture.lib.glsl"
 #include "lib/focus_offset.lib.glsl"
 #ifdef SHAPED
-#define LEAST_WEIGHT 1e-6   // weight of a ray that the barrel stops: it only counts until another passes
+#define LEAST_WEIGHT 1e-6   // weight of a ray that the barrel stops: it counts only if no other ray does
 #include "lib/sides.lib.glsl"
 #endif
 
 layout(local_size_x = RAY_GROUP, local_size_y = RAY_GROUP) in;
 
 uniform mat4 world_from_camera;
-uniform float focal_px;
-uniform float focus_dioptres;   // in the middle of the picture; 0 with focus at infinity
+uniform float focal_px;         // focal length, pixels
+uniform float focus_dioptres;   // 1 / distance of focus in the middle of the picture; 0 at infinity
 uniform vec2 depths_m;          // near and far clipping distances
-uniform vec2 lens_middle_m;
-uniform vec2 pixel_middle_px;   // 0 for its actual place
-uniform float pixel_side_px;    // size of the square that a pixel's rays go through
+uniform vec2 lens_middle_m;      // middle of the lens, in the camera's axes
+uniform vec2 pixel_middle_px;   // middle of the square, relative to that of the pixel
+uniform float pixel_side_px;    // side of the square that a pixel's rays go through
 uniform int top_root;           // root of the tree over the instances
 uniform int seed;
-uniform int rays;               // rays planned for each pixel; one at a time is added
-uniform int band_start;         // first row
-uniform bool is_first;
+uniform int rays;               // rays planned for each pixel; after that many no more are added
+uniform int band_start;         // first row of the band that is rendered
+uniform bool is_first;          // no ray is in the sum yet
 #ifdef SHAPED
 uniform float axial_dioptres;   // focus of blue minus that of green, and of green minus that of red
 #endif
@@ -58,7 +57,9 @@ vec3 light_at(Hit hit, vec3 to_eye) {
     return shade(surface_of(material, position_m, normal, tangent, uv, tint, to_eye), to_eye);
 }
 
-// The light of a ray through a pixel and a point of the lens; `dioptres` of the hit, relative to the focus.
+// The light of a ray through a position `px` in a picture of this size and a point of the lens. `focus` is in dioptres;
+// `dioptres` becomes the focus minus the dioptres of the hit, which is positive behind the focus. `slope` is the
+// sideways movement of the ray for each meter of depth; it leads through the point of `px` in the plane of focus.
 vec3 light_through(vec2 px, vec2 size, vec2 lens_m, float focus, out float dioptres) {
     focus += focus_offset_at(px);
     vec2 slope = (px - 0.5 * size) / focal_px * vec2(1.0, -1.0) - lens_m * focus;
@@ -71,10 +72,10 @@ vec3 light_through(vec2 px, vec2 size, vec2 lens_m, float focus, out float diopt
 }
 
 #ifdef SHAPED
-#define TRIES 16            // attempts to find a point of the opening within the ellipse around it
-#define COLOR_WEIGHTS mat3(1.0)
+#define TRIES 16            // attempts to find a point of the opening; the last one counts in any case
+#define COLOR_WEIGHTS mat3(1.0)  // row k: the mask of color k
 
-// A random point of the opening, between the blades or in the image, in metres.
+// A random point of the opening, between the blades or in the image, in meters.
 #ifdef IMAGED
 vec2 lens_point(uvec4 counts, vec2 first) { return aperture_axes * image_point(first); }
 #else
@@ -86,7 +87,8 @@ vec2 lens_point(uvec4 counts, vec2 first) {
 }
 #endif
 
-// One ray for all colours, or one for each if their focus differs.
+// Adds one ray for all colors, or one for each color if their focus differs. `counts` are the counters for random
+// numbers, `u` the first of these.
 void add_ray(ivec2 at, uvec4 counts, vec4 u, vec2 px, vec2 size, inout vec4 sum) {
     vec2 point = lens_point(counts, u.zw), p = point / aperture_axes;
     int colors = axial_dioptres == 0.0 ? 1 : 3;

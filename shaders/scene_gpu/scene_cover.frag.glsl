@@ -1,10 +1,14 @@
-// Writes depth alone, for hidden-surface removal. HOLES allows surfaces with holes. PEEL draws only the surfaces
-// behind that of the previous draw, without the back faces of closed meshes.
+// Writes the depth of surfaces and nothing else, so that afterwards only the visible ones are shaded
+// (scene_surface.frag.glsl). With HOLES some surfaces have holes. With PEEL only surfaces behind those of the previous
+// draw are drawn, without the back faces of closed meshes.
 //
+// Inputs
+//   the outputs of scene_mesh.vert.glsl
 // Inputs with PEEL
-//   before_tx   that surface: r metres, +inf for the sky, if `before_is_depth`; else a dioptres
-//   back_rule   of the instance: BACK_NONE for an open mesh, whose back can be visible; else how back faces
-//               are detected: by the normals, or by one of the two winding orders
+//   before_tx   the surface of the previous draw: r meters, +inf for the sky, if `before_is_depth`; else a dioptres
+//   eye_m       position of the camera in the world, meters
+//   back_rule   of the instance: BACK_NONE for an open mesh, whose back can be visible; otherwise the way to detect
+//               back faces: by the normals, or by one of the two winding orders
 
 #ifdef HOLES
 #include "lib/scene.lib.glsl"
@@ -21,7 +25,7 @@ flat in uint material;
 #define BACK_BY_NORMAL 1u
 #define BACK_COUNTERCLOCKWISE 2u
 
-// A surface closer behind than this share of the distance is the same surface.
+// A surface that is behind the previous one by less than this share of the distance is the same surface.
 #define SAME_SURFACE 0.01
 
 in vec3 position_m;
@@ -32,12 +36,14 @@ uniform sampler2D before_tx;
 uniform bool before_is_depth;
 uniform vec3 eye_m;
 
+// True if this is a back face of a closed mesh.
 bool is_back() {
     if (back_rule == BACK_NONE) return false;
     if (back_rule == BACK_BY_NORMAL) return dot(normal, eye_m - position_m) < 0.0;
     return gl_FrontFacing == (back_rule == BACK_COUNTERCLOCKWISE);
 }
 
+// True if this is another surface, behind that of the previous draw. gl_FragCoord.w is its dioptres.
 bool is_behind() {
     vec4 previous = texelFetch(before_tx, ivec2(gl_FragCoord.xy), 0);
     float dioptres = before_is_depth ? 1.0 / previous.r : previous.a;

@@ -1,4 +1,10 @@
-// Writes planar depth in metres: the distance along the camera's axis, which is clip space's w.
+// Writes the planar depth of surfaces: the distance along the camera's axis, which is the w of clip space. With HOLES
+// some surfaces have holes.
+//
+// Inputs
+//   the outputs of scene_mesh.vert.glsl
+// Output
+//   depth_m   meters
 
 #ifdef HOLES
 #include "lib/scene.lib.glsl"

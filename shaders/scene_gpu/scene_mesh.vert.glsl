@@ -1,6 +1,21 @@
-// Transforms a vertex of an instance's mesh. `invariant`, so that both draws compute the same depth.
-// COLORS adds vertex colours; BUMPS normal maps; PLACES a transform for each map and a second set of
-// texture coordinates; PEEL the drawing of hidden surfaces.
+// Transforms a vertex of an instance's mesh, for all fragment shaders that draw surfaces. The position is `invariant`,
+// so that the draws of depth and of color compute the same depth.
+//
+//   COLORS   the mesh has vertex colors
+//   BUMPS    materials have normal maps
+//   PLACES   each map has a transform, and there is a second set of texture coordinates
+//   PEEL     hidden surfaces are drawn
+//
+// Inputs
+//   in_...            of the vertex: position, normal, texture coordinates, color and tangent; of the instance: its
+//                     matrices and numbers
+//   clip_from_world   matrix of the camera
+// Outputs
+//   position_m   in the world, meters
+//   normal       in the world, not unit
+//   uv           texture coordinates; zw the second set with PLACES
+//   material     number of the material
+//   tint, tangent, back_rule   see lib/tint.lib.glsl, lib/tangent.lib.glsl, scene_cover.frag.glsl
 
 #include "lib/tangent.lib.glsl"
 

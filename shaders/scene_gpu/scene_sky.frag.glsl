@@ -1,4 +1,9 @@
-// Draws the sky where nothing is in front of it. With PEEL, alpha is its dioptres: 0.
+// Draws the sky where nothing is in front of it.
+//
+// Input
+//   direction   viewing direction, not unit
+// Output
+//   color       scene-linear rgb; alpha 1, or with PEEL the dioptres of the sky: 0
 
 #include "lib/scene.lib.glsl"
 #include "lib/shading.lib.glsl"

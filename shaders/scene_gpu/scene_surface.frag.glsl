@@ -1,4 +1,11 @@
-// Shades the surfaces that scene_cover found visible, once for each pixel. With PEEL, alpha holds dioptres.
+// Shades the surfaces that scene_cover.frag.glsl found visible, once for each pixel. The depth test before the shader
+// rejects all other surfaces.
+//
+// Inputs
+//   the outputs of scene_mesh.vert.glsl
+//   eye_m   position of the camera in the world, meters
+// Output
+//   color   scene-linear rgb; alpha 1, or with PEEL the dioptres (1 / meters) of the surface
 
 layout(early_fragment_tests) in;
 

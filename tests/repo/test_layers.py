@@ -372,15 +372,29 @@ def test_no_file_has_more_than_500_lines():
 
 
 def lines_of_files() -> dict[str, int]:
-    """Return the lines of each file, the longest first."""
-    lines = {module_of(path): len(source_of(path).splitlines()) for path in FILES}
+    """Return the lines of each file, the longest first; comments do not count."""
+    lines = {module_of(path): len(without_comments(source_of(path))) for path in FILES}
     return dict(sorted(lines.items(), key=lambda it: -it[1]))
+
+
+# A limit that counted explanations would be kept by leaving them out.
+def without_comments(source: str) -> list[str]:
+    """Return the lines of a source text without those that only hold a comment."""
+    return [line for line in source.splitlines() if not line.lstrip().startswith("#")]
+
+
+def lines_of_code(source: str, node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Return the lines of a function without its docstring, comments and blank lines."""
+    has_docstring = ast.get_docstring(node) is not None
+    first = node.body[0].end_lineno if has_docstring else node.lineno - 1
+    lines = without_comments("\n".join(source.splitlines()[first : node.end_lineno]))
+    return sum(bool(line.strip()) for line in lines)
 
 
 def test_no_function_has_more_than_42_lines():
     """A function that is longer than a screen usually does several things."""
     long = {
-        f"{module_of(path)}: {node.name}": node.end_lineno - node.lineno + 1
+        f"{module_of(path)}: {node.name}": lines_of_code(source_of(path), node)
         for path in FILES
         for node in ast.walk(ast.parse(source_of(path)))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)

@@ -124,7 +124,10 @@ class FrameRenderer:
         self._replace_source(other._source.share())
 
     def settle(self) -> None:
-        """Wait for pending commands if a CPU rasteriser runs them; it would run them all later."""
+        """Wait for pending commands if a software rasterizer runs them.
+
+        Otherwise it would run them all at a later call.
+        """
         if self._is_software:
             self.ctx.finish()
 
@@ -166,7 +169,7 @@ class FrameRenderer:
         return self._source.pose_at(shot, frame)
 
     def scene_depth_m(self, shot: Shot, frame: float, x: int, y: int) -> float:
-        """Return the distance in metres at a pixel of any frame of a scene, for clicks to focus.
+        """Return the distance in meters at a pixel of any frame of a scene, for clicks to focus.
 
         Raises InputError outside the picture, and if no scene is loaded.
         """
@@ -231,7 +234,10 @@ class FrameRenderer:
         return out
 
     def _with_breathing(self, shot: Shot, frame: float) -> Shot:
-        """Return the shot for drawing a scene, with the breathing of the lens at the frame."""
+        """Return the shot with the lens that draws the view of a breathing lens at the frame.
+
+        A plate is not drawn: its shot is returned as it is.
+        """
         if not self.has_many_views or shot.lens.breathing == 1.0:
             return shot
         return replace(shot, lens=without_breathing(shot.lens_at(frame)), curves=LensCurves())

@@ -50,7 +50,10 @@ class PlateBlur:
         return (yield from self._blur_picture(pinhole))
 
     def _blur_picture(self, pinhole: Pinhole) -> Steps[Texture]:
-        """Blur a picture without its border, scaled so that a white surface is about 1."""
+        """Blur a picture without its border.
+
+        For the blur, its light is scaled so that a white surface is about 1.
+        """
         color, scale, scratch = pinhole.color, pinhole.light_scale, self.pipeline.scratch
         if scale != 1.0 and pinhole.cutout is None:
             color = scratch.texture("scaled colour", color.size, 4)
@@ -91,7 +94,7 @@ class PlateBlur:
         return out
 
     def _optics_around(self, pinhole: Pinhole, overscan: Overscan, peeled: Peeled | None) -> Optics:
-        """Return the optics for the frame with its whole margin and what lies behind it."""
+        """Return the optics for the frame with its whole margin and the surfaces behind it."""
         plate, lens, surfaces = pinhole.plate, self.lens, peeled or overscan
         focus_offset = (
             focus_offset_in(plate, lens).moved((overscan.margin_px,) * 2).scaled(overscan.fine)
@@ -103,7 +106,11 @@ class PlateBlur:
     def _crop_to_box(
         self, overscan: Overscan, peeled: Peeled | None, box: Box
     ) -> Steps[PlateTextures]:
-        """Copy the box of a picture with its margin that blurs into the frame."""
+        """Copy out the part of an overscanned picture that can blur into the frame.
+
+        `box` is that part in the pixels of the overscan. The yielded name is that of the pass whose
+        time includes this.
+        """
         size, scratch, crop = (box.width, box.height), self.pipeline.scratch, self.passes.crop
         self.check_fits(size)
         color = scratch.texture("wide colour", size, 4)

@@ -19,7 +19,7 @@ Result = TypeVar("Result")
 
 _EXIT_WAIT_S = 2.0  # for threads that are at work when the program ends
 
-_busy_threads: set[Thread] = set()
+_busy_threads: set[Thread] = set()  # threads of this module that have not ended
 
 
 def has_busy_threads() -> bool:
@@ -82,7 +82,7 @@ class Background(Generic[Result]):
             future.add_done_callback(self._drop_result)
 
     def _drop_result(self, future: "Future[Result]") -> None:
-        """Pass the result of a cancelled job to `drop`; ignore a job that failed."""
+        """Pass the result of a canceled job to `drop`; ignore a job that failed."""
         if future.exception() is None:
             self._drop(future.result())
 
@@ -171,7 +171,7 @@ def _run_and_wake(
 
 
 def _complete_future(future: "Future[object]", job: Callable[[], object]) -> None:
-    """Run `job` and put its result, or its exception, into `coming`."""
+    """Run `job` and put its result, or its exception, into `future`."""
     try:
         result = job()
     except BaseException as error:

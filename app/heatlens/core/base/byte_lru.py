@@ -15,7 +15,10 @@ class ByteLru(Generic[K, V]):
     def __init__(
         self, limit_bytes: int, bytes_of: Callable[[V], int], keeps_newest: bool = False
     ) -> None:
-        """Keep up to `limit_bytes`; a larger value only if it is put last and `keeps_newest`."""
+        """Keep values of up to `limit_bytes` in all; `bytes_of` returns the size of a value.
+
+        With `keeps_newest`, the value that was put last is kept even if it is larger.
+        """
         self.limit_bytes = limit_bytes
         self._bytes_of = bytes_of
         self._count_least = 1 if keeps_newest else 0

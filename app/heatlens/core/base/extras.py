@@ -139,7 +139,7 @@ def import_extra(module: str, purpose: str = "") -> ModuleType:
 
 
 # Importing WeasyPrint sets this switch for the whole process: Pillow then fills the missing rest of
-# a truncated picture with grey. After a pull sheet as PDF, half a PNG would be read as a whole one.
+# a truncated picture with gray. After a pull sheet as PDF, half a PNG would be read as a whole one.
 def import_module_safely(module: str) -> ModuleType:
     """Import a module, then make Pillow refuse truncated pictures again."""
     library = import_module(module)

@@ -24,12 +24,12 @@ _MESSAGE_LETTERS_MOST = 200  # letters of an exception's message that the senten
 _lock = threading.Lock()
 _reports_by_location: dict[
     str, Path | None
-] = {}  # reports by the place of the fault, so that a repeated one is written once
+] = {}  # reports by the location of the fault, so that a repeated one is written once
 
 
 @contextmanager
 def report_faults(failure: str = "This could not be done") -> Iterator[None]:
-    """Raise only HeatlensErrors from the block; `what` begins the sentence of a fault.
+    """Raise only HeatlensErrors from the block; `failure` begins the sentence of a fault.
 
     This is also a decorator. Errors of memory and of the system become InputErrors; any other
     exception is written to a report and becomes a FaultError.
@@ -140,6 +140,6 @@ def _version(name: str) -> str:
 
 
 def _error_location(error: BaseException) -> str:
-    """Return the kind of error and where it was raised."""
+    """Return the type of an error, and the file and line where it was raised, as text."""
     frames = traceback.extract_tb(error.__traceback__)
     return f"{type(error).__name__} {[(f.filename, f.lineno) for f in frames[-1:]]}"

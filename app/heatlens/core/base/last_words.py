@@ -4,7 +4,7 @@ import os
 import subprocess
 from threading import Thread
 
-_TAIL_BYTES = 65536
+_TAIL_BYTES = 65536  # how much of the end is kept
 
 
 class StderrTail:

@@ -60,7 +60,7 @@ class Pace:
 
     @property
     def left_s(self) -> float:
-        """Estimated seconds to the end."""
+        """Estimated seconds to the end: the rest of the running step and all later steps."""
         later_plan_s = _seconds_by_kind(self.steps[self._step_index + 1 :])
         later_s = sum(
             self._actual_over_planned(kind) * seconds for kind, seconds in later_plan_s.items()

@@ -23,6 +23,7 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, NamedTuple
 
+# The signs of entries: of a path, or of the state of this process.
 _UNFINISHED = b"+"
 _FINISHED = b"-"
 _FOLDER_CREATED = b"?"
@@ -108,7 +109,10 @@ def die_with_parent(parent: int) -> None:
 
 
 def record_new_folder(path: str | os.PathLike[str]) -> None:
-    """Record the new folder `path`, which is removed if this process is stopped and it is empty."""
+    """Record the new folder `path`.
+
+    It is removed if this process is stopped and the folder is still empty.
+    """
     _append_entry(_FOLDER_CREATED, path)
 
 
@@ -128,7 +132,10 @@ def record_stop_reported() -> None:
 
 
 def read_record(record: int) -> LeftoverFiles:
-    """Read the record of a process that may have been killed."""
+    """Return what the record of a process, which may have been killed, says about its files.
+
+    `record` is the file descriptor of the record.
+    """
     unfinished_paths: dict[str, None] = {}
     new_folders: dict[str, None] = {}
     handles_signals = has_reported_stop = False
@@ -185,7 +192,7 @@ class StopSignals:
         self._own_signals = handle_own_signals()
 
     def __enter__(self) -> "StopSignals":
-        """Begin to listen; call this on the main thread."""
+        """Begin to record stop signals; call this on the main thread, as Python requires."""
         for number in stop_signals():
             self._previous_handlers[number] = signal.signal(number, self._record_signal)
         pipe_output, self._pipe_input = os.pipe()

@@ -112,7 +112,7 @@ class DepthModelOutput(StrEnum):
     AUTO = "auto"
     DISPARITY = "disparity"  # even over 1/distance, of any scale and shift
     METRES = "metres"
-    INVERSE = "inverse"  # 1/distance in metres
+    INVERSE = "inverse"  # 1/distance in meters
 
 
 @dataclass(frozen=True)

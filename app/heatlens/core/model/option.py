@@ -17,7 +17,8 @@ from heatlens.core.base.errors import InputError
 # Values of fields by name. Their types differ; the dataclass that takes them checks them.
 Values = dict[str, Any]
 
-_KEY = "option"
+_KEY = "option"  # of an Option in the metadata of a field
+# Options by their names in other programs and languages.
 OTHER_NAMES = {
     "aperture": "f-stop",
     "blende": "f-stop",

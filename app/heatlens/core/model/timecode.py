@@ -103,7 +103,7 @@ def _dropped_a_minute(rounded_rate: int) -> int:
 
 
 def _timecode_of_count(count: int, rounded_rate: int, drop: bool) -> Timecode:
-    """Return the timecode of a frame counted from midnight.
+    """Return the timecode of the frame with number `count`, counted from 0 at midnight.
 
     With `drop`, the numbers that drop-frame counting skips are added to `count` first.
     """
@@ -111,7 +111,7 @@ def _timecode_of_count(count: int, rounded_rate: int, drop: bool) -> Timecode:
         dropped = _dropped_a_minute(rounded_rate)
         minute_frames = 60 * rounded_rate - dropped
         ten_minute_frames = _DROP_MINUTES * minute_frames + dropped
-        count %= 144 * ten_minute_frames
+        count %= 144 * ten_minute_frames  # a day
         ten_minutes, remaining_frames = divmod(count, ten_minute_frames)
         count += ten_minutes * (_DROP_MINUTES - 1) * dropped
         if remaining_frames >= 60 * rounded_rate:

@@ -1,4 +1,4 @@
-"""Distances as people write them, to and from metres."""
+"""Distances as people write them, to and from meters."""
 
 import math
 import re
@@ -32,7 +32,7 @@ _EXAMPLES = """2.24, 2.24m, 190cm, 1900 mm, 6'3", 6ft 3in, 75in or inf"""
 
 
 def parse_distance_m(text: str) -> float:
-    """Parse a distance to metres, zero or more; a bare number is in metres.
+    """Parse a distance to meters, zero or more; a bare number is in meters.
 
     Understands m, cm, mm, km, ft, in, feet with inches (6'3", 6 ft 3 in) and inf. Raises InputError
     for anything else: negative, not a number, empty.
@@ -59,7 +59,7 @@ def with_points(words: str) -> str:
 
 
 def parse_scene_unit_m(text: str) -> float:
-    """Parse a scene's unit to metres: "m", "cm", "mm", "ft", "in", or a positive number of metres.
+    """Parse a scene's unit to meters: "m", "cm", "mm", "ft", "in", or a positive number of meters.
 
     Raises InputError for anything else.
     """
@@ -79,7 +79,7 @@ def parse_scene_unit_m(text: str) -> float:
 def format_distance(distance_m: float, unit: str = "m") -> str:
     """Format a distance: "2.24 m", "3.67 cm", with unit "ft" 6'3", or "inf"; "unknown" for NaN.
 
-    Four significant digits in metres, three under 10 cm, a tenth of an inch in feet;
+    Four significant digits in meters, three under 10 cm, a tenth of an inch in feet;
     `parse_distance_m` reads all of them.
     """
     if math.isnan(distance_m):
@@ -95,13 +95,13 @@ def format_distance(distance_m: float, unit: str = "m") -> str:
 
 
 def _feet_and_inches_m(words: str) -> float | None:
-    """Return the metres of 6'3" and similar; None if `words` are something else."""
+    """Return the meters of 6'3" and similar; None if `words` are something else."""
     match = _FEET_AND_INCHES.fullmatch(words)
     return float(match[1]) * FOOT_M + float(match[2]) * INCH_M if match else None
 
 
 def _one_unit_m(words: str) -> float | None:
-    """Return the metres of a number with one unit or none; None if `words` are something else."""
+    """Return the meters of a number with one unit or none; None if `words` are something else."""
     match = _ONE_UNIT.fullmatch(words)
     if match is None:
         return None
@@ -110,7 +110,7 @@ def _one_unit_m(words: str) -> float | None:
 
 
 def _metric_text(distance_m: float) -> str:
-    """Format a distance in metres, or in centimetres under 10 cm."""
+    """Format a distance in meters, or in centimeters under 10 cm."""
     if 0 < distance_m < _CENTIMETRES_UNDER_M:
         return f"{_significant(1e2 * distance_m, _SIGNIFICANT_DIGITS - 1)} cm"
     return f"{_significant(distance_m)} m"

@@ -1,4 +1,4 @@
-"""Count the values of a picture in even bins, to summarise and to show its depths."""
+"""Count the values of a picture in even bins, to summarize and to show its depths."""
 
 import math
 from dataclasses import dataclass
@@ -7,15 +7,19 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-BINS = 4096
-BARS = 160  # of a histogram
+BINS = 4096  # number of bins in which values are counted
+BARS = 160  # number of bars of a histogram
 _NEAR_MARGIN = 1.12  # range beyond the nearest dioptres, so that focus can be set in front
 _STEP_MIN = 1e-30  # a smaller one has no reciprocal in float32
 
 
 @dataclass(frozen=True, eq=False)
 class ValueBins:
-    """`counts` (BINS,) from `low` to `high`; if these are equal, all are in the first bin."""
+    """How often values occur in even bins.
+
+    low, high  the least and the greatest value; if they are almost equal, all are in the first bin
+    counts     (BINS,) number of values in each bin, from low to high
+    """
 
     low: float
     high: float
@@ -45,7 +49,7 @@ def bin_step(low: float, high: float) -> float:
 
 
 def bin_values(values: NDArray[np.float32]) -> ValueBins:
-    """Count finite values, at least one, in any shape.
+    """Return the bins of finite values, at least one, in an array of any shape.
 
     Bins take a few milliseconds for a whole plate, once, where sorting takes seconds.
     """
@@ -67,7 +71,11 @@ def fill_single_bin(low: float, high: float, count: int) -> ValueBins:
 
 @dataclass(frozen=True, eq=False)
 class DepthHistogram:
-    """`heights` (BARS,) in 0..1 over dioptres 0 (infinity) to `most_dioptres`."""
+    """The bars of a histogram of depths.
+
+    heights        (BARS,), 0 to 1, over dioptres from 0 (infinity) to `most_dioptres`
+    most_dioptres  dioptres at the near end of the scale
+    """
 
     heights: NDArray[np.float64]
     most_dioptres: float
@@ -83,13 +91,13 @@ def scale_end_dioptres(nearest_dioptres: float) -> float:
 
 
 def depth_histogram(dioptres: ValueBins, scale_least: float = 0.0) -> DepthHistogram:
-    """Return the histogram of 1 / metres, in which 0 means that nothing was hit.
+    """Return the histogram of 1 / meters, in which 0 means that nothing was hit.
 
     It covers at least `scale_least` dioptres, the range of the other frames of a shot, so that the
     scale does not change between frames.
 
     Heights are square roots, so that small counts are visible. Each fine bin counts in the bin that
-    contains its centre.
+    contains its center.
     """
     scale_end = scale_end_dioptres(dioptres.high)
     if not 0.0 < scale_end < math.inf:

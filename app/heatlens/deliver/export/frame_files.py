@@ -124,7 +124,7 @@ def measure_channels(
 ) -> dict[str, FloatImage]:
     """Return the channels Z and coc that the options request: depth and blur of each pixel.
 
-    Z is in metres, coc (circle of confusion) in pixels; both are (H, W), of the plate before the
+    Z is in meters, coc (circle of confusion) in pixels; both are (H, W), of the plate before the
     blur, sampled to the size of the picture.
     """
     plate, channels = frame.plate, {}

@@ -40,7 +40,7 @@ class Codec:
     """An encoder of FFmpeg with its settings.
 
     least_bits_px  least bits per pixel of a frame for pictures with any detail; measured:
-                   ProRes 5.7 to 6.3 and 0.1 for grey, H.264 0.17 to 6.0 and 0.02
+                   ProRes 5.7 to 6.3 and 0.1 for gray, H.264 0.17 to 6.0 and 0.02
     """
 
     name: str
@@ -161,6 +161,7 @@ class Movie:
             self._sound.finish()
 
     def _new_stream(self, pixel_aspect_ratio: float) -> object:
+        """Return a new video stream of the container; its width and height are made even."""
         stream = self._container.add_stream(
             self._codec.name, rate=self._rate, options=self._codec.options
         )

@@ -55,7 +55,7 @@ class DisplayPictures:
         return move_to_display_window(self._values.of(picture), plate, proxy, outside=self._black)
 
     def release(self) -> None:
-        """Delete all objects of OpenGL."""
+        """Delete the objects of OpenGL that convert to display values."""
         self._values.release()
 
 

@@ -14,7 +14,7 @@ from heatlens.core.model.focus.plausibility import span_doubts
 from heatlens.media.plate.plate import Plate, depth_span
 
 # From one frame to the next, a cut or a person crossing the picture may change the median tenfold.
-# Centimetres or inches read as metres are a factor of 100 or 39, and 1/z is mostly more than 20.
+# Centimeters or inches read as meters are a factor of 100 or 39, and 1/z is mostly more than 20.
 _JUMP = 20.0
 _SAMPLES_PER_SIDE = (
     128  # a grid of this many pixels a side gives the median to within a few per cent

@@ -159,7 +159,7 @@ def sheet_entries(
 def mark_distances(
     shot: Shot, renderer: FrameRenderer, plate: Plate, frame: int
 ) -> list[tuple[str, float]]:
-    """Return the names and distances in metres of the marks that are visible at a frame."""
+    """Return the names and distances in meters of the marks that are visible at a frame."""
     distances_m = []
     for mark in shot.marks:
         try:
@@ -172,7 +172,7 @@ def mark_distances(
 def _mark_distance_m(
     shot: Shot, renderer: FrameRenderer, plate: Plate, mark: Mark, frame: int
 ) -> float:
-    """Return the distance of a mark in metres; 0 if there is none.
+    """Return the distance of a mark in meters; 0 if there is none.
 
     Raises HeatlensError for a mark outside the picture, and for an object that does not exist.
     """

@@ -54,7 +54,7 @@ class SheetRow:
 
 @dataclass(frozen=True)
 class MarkRow:
-    """One mark, in words: its distance in metres and in feet, or the range if it moves."""
+    """One mark, in words: its distance in meters and in feet, or the range if it moves."""
 
     name: str
     distance: str
@@ -81,7 +81,7 @@ def sheet_row(
 ) -> SheetRow:
     """Return the row of a frame of a shot whose first frame is `first`.
 
-    `marks` has the distances of marks at the frame in metres, `timecode` is that of the frame, and
+    `marks` has the distances of marks at the frame in meters, `timecode` is that of the frame, and
     `next_frame` is the frame of the next row; None for the last row.
     """
     lens = shot.lens_at(frame)

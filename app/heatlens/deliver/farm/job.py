@@ -50,7 +50,7 @@ Word = tuple[str | Place | _Frames, ...]
 
 @dataclass(frozen=True)
 class Needs:
-    """The resources that a task needs."""
+    """The resources that a task needs: memory in GiB, processors and GPUs."""
 
     memory_gib: int | None = None  # None if unknown
     processors: int = 2
@@ -71,7 +71,7 @@ class Step:
 
     @property
     def count(self) -> int:
-        """The number of tasks."""
+        """The number of tasks in this step."""
         return len(self.parts) or 1
 
 
@@ -93,7 +93,7 @@ class FarmJob:
 
     @property
     def count(self) -> int:
-        """The number of tasks."""
+        """The number of tasks in all steps, including the last one."""
         return sum(step.count for step in (*self.steps, *([self.last] if self.last else [])))
 
     def split_steps(self, most: int) -> tuple[Step, ...]:

@@ -57,8 +57,8 @@ def open(
     """Open what `source` names: a plate (EXR), shot.####.exr, a scene, "demo" or a shot file.
 
     The name of a file opens that picture alone; shot.####.exr opens its sequence.
-    `source` may also be an array: colour (H, W, 3 or 4), scene-linear and premultiplied, with
-    `depth_m` (H, W) in planar metres, infinite where nothing was hit, or with `coc_px` (H, W), the
+    `source` may also be an array: color (H, W, 3 or 4), scene-linear and premultiplied, with
+    `depth_m` (H, W) in planar meters, infinite where nothing was hit, or with `coc_px` (H, W), the
     signed diameter of the circle of confusion in pixels. `camera` and `size` (width, height) are
     for scenes. `reading` takes the fields of `PlateOptions`: depth_channel, depth_convention,
     scene_unit_m and so on. `strict` is for arrays too: it makes the doubts of which `render` would

@@ -149,7 +149,7 @@ def _check_options(args: argparse.Namespace) -> None:
 
 
 def _send(args: argparse.Namespace, camera: CameraSamples, address: RingAddress) -> None:
-    """Play the lens in real time."""
+    """Send the lens of every frame to `address` in real time; with --repeat, until Ctrl-C."""
     rate = camera.frames_per_second
     encoding = Encoding[(args.encoding or "json").upper()]
     samples = ring_samples(camera, _timecode_function(args, camera))

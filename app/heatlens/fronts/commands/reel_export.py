@@ -90,7 +90,7 @@ def export_reel(args: argparse.Namespace, work: ReelActions) -> None:
 
 
 def _export_cut(args: argparse.Namespace, reel: Reel, work: ReelActions) -> None:
-    """Export all shots as one movie."""
+    """Export all shots as one movie, or submit that work to a farm with --submit."""
     refuse_options(args, _NOT_FOR_CUTS, "This is not possible with one movie of a cut")
     output = parse_output(args.output)
     check_folder(output.pattern)

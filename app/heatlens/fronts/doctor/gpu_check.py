@@ -46,7 +46,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 KERNELS = ("heat", "disc_2", "disc_4")
-TOLERANCE = 2e-5  # for colours in 0..1, solved in float32
+TOLERANCE = 2e-5  # for colors in 0..1, solved in float32
 _SIZE = (96, 64)
 _COC_MAX_PX = 40.0
 _COMPACT_FULL_PX = 4.0  # diameter from which the Laplacian is fully compact
@@ -166,7 +166,7 @@ def _vertex_shader_of(fragment: str) -> str:
 
 
 def worst_error(ctx: Device, solver: LineSolver, kernel_name: str) -> float:
-    """Return the largest difference between GPU and float64, in colours of 0..1."""
+    """Return the largest difference between GPU and float64, in colors of 0..1."""
     rng = np.random.default_rng(20060106)
     width, height = _SIZE
     color = rng.random((height, width, 4), np.float32)

@@ -294,6 +294,6 @@ def _errors(
 
 
 def _peak_memory_mb() -> float:
-    """Return the peak memory of this process, with the textures of a software rasteriser."""
+    """Return the peak memory of this process, with the textures of a software rasterizer."""
     kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # kibibytes, on Linux
     return kilobytes * 1024 / 1e6

@@ -1,4 +1,4 @@
-"""Draw charts of the methods with matplotlib, with axes, colours and legends in one style."""
+"""Draw charts of the methods with matplotlib, with axes, colors and legends in one style."""
 
 import math
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-# Colours that people with colour blindness can tell apart (Okabe and Ito 2008), darkened for
+# Colors that people with color blindness can tell apart (Okabe and Ito 2008), darkened for
 # white paper; each method has a marker of its own as well.
 _STYLES = {
     "diffusion": ("#D55E00", "o"),
@@ -68,14 +68,14 @@ def write_figure(path: Path, figure: "Figure") -> None:
 
 
 class Style(TypedDict):
-    """Colour and marker of a line, as keywords of matplotlib."""
+    """Color and marker of a line, as keywords of matplotlib."""
 
     color: str
     marker: str
 
 
 def style_of(method: str) -> Style:
-    """Return colour and marker of a method; text after its name, as in "heat 23", is ignored."""
+    """Return color and marker of a method; text after its name, as in "heat 23", is ignored."""
     color, marker = _STYLES.get(method.partition(" ")[0], _OTHER_STYLE)
     return {"color": color, "marker": marker}
 

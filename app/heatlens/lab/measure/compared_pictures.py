@@ -21,7 +21,7 @@ from heatlens.media.plate.windows import read_header_window
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """The unrepaired colour of a file: `rgb` (H, W, 3) float32, with NaN, over `data_window`."""
+    """The unrepaired color of a file: `rgb` (H, W, 3) float32, with NaN, over `data_window`."""
 
     path: Path
     rgb: FloatImage
@@ -37,7 +37,7 @@ class Picture:
 def read_picture(path: str | os.PathLike[str]) -> Picture:
     """Read the finished picture of a file, scene-linear; PNG, JPEG and TIFF are taken as sRGB.
 
-    Raises InputError for a file that is missing, damaged or has no colour.
+    Raises InputError for a file that is missing, damaged or has no color.
     """
     path = Path(path)
     parts = color_file_parts(path, PlateOptions())
@@ -90,7 +90,7 @@ def absolute_difference(result: FloatImage, truth: FloatImage, gain: float) -> F
 
 
 def flip_map(result: FloatImage, truth: FloatImage) -> FloatImage:
-    """Return the LDR-FLIP of each pixel in the colours of magma, as display values (H, W, 3).
+    """Return the LDR-FLIP of each pixel in the colors of magma, as display values (H, W, 3).
 
     Black means no difference. Raises InputError if the package for FLIP is not installed.
     """

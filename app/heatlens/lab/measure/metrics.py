@@ -120,7 +120,10 @@ def _psnr_db(display: FloatImage, display_truth: FloatImage) -> float:
 
 
 def _ssim(display: FloatImage, display_truth: FloatImage) -> float:
-    """Return the mean over channels and all windows of 7 x 7 pixels, with sample covariances."""
+    """Return the structural similarity (SSIM) of two display pictures (H, W, C), 1 where equal.
+
+    It is the mean over channels and all windows of 7 x 7 pixels, with sample covariances.
+    """
     a, b = display.astype(np.float64), display_truth.astype(np.float64)
     mean_a, mean_b = _window_means(a), _window_means(b)
     sample = _SSIM_SIDE_PX**2 / (_SSIM_SIDE_PX**2 - 1)
@@ -131,7 +134,7 @@ def _ssim(display: FloatImage, display_truth: FloatImage) -> float:
 
 
 def _window_means(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the mean of every window that lies whole inside; (H, W, C) to (H - 6, W - 6, C)."""
+    """Return the mean of each 7 x 7 window that lies inside; (H, W, C) to (H - 6, W - 6, C)."""
     for axis in (0, 1):
         sums = np.insert(np.cumsum(values, axis), 0, 0.0, axis)
         ends = np.arange(_SSIM_SIDE_PX, sums.shape[axis])
@@ -149,11 +152,14 @@ def _flip_hdr(result: FloatImage, truth: FloatImage) -> float:
 
 
 def _relmse(result: FloatImage, truth: FloatImage) -> float:
-    """Return the mean squared error relative to the squared light of the truth."""
+    """Return the mean squared error relative to the squared light of the truth.
+
+    _RELATIVE_FLOOR is added to the squared light.
+    """
     floor = truth.astype(np.float64) ** 2 + _RELATIVE_FLOOR
     return float(np.mean(_error(result, truth) ** 2 / floor))
 
 
 def _error(result: FloatImage, truth: FloatImage) -> NDArray[np.float64]:
-    """Return result - truth in float64."""
+    """Return the difference of two pictures, result - truth, in float64."""
     return result.astype(np.float64) - truth

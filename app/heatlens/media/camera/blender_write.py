@@ -30,7 +30,10 @@ _ROTATION_ORDER = "XYZ"  # Blender's own
 
 
 def blender_text(camera: CameraSamples) -> str:
-    """Return the Python script, which needs only Blender: `set_lens.py` with its values filled."""
+    """Return the Python script: the text of `set_lens.py` with the values of `camera` filled in.
+
+    The script needs only Blender.
+    """
     focus = camera.focus_distance_m
     location, rotation = _location_and_rotation(camera)
     fps, fps_base = _blender_rate(camera.frames_per_second)
@@ -115,7 +118,7 @@ def _location_and_rotation(camera: CameraSamples) -> tuple[object, object]:
 
 
 def _constant_or_list(values: Any) -> Any:
-    """Return a list if the value changes, else a single value."""
+    """Return the first value if all are equal, else a list with the value at each frame."""
     return values[0] if all(value == values[0] for value in values) else list(values)
 
 

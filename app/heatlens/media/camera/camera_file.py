@@ -23,9 +23,10 @@ CAMERA_SUFFIXES = (".usda", ".usd", ".usdc", ".nk", ".json", ".csv", ".py")
 # The formats that heatlens also reads. They hold the path of an aperture image relative to the
 # file. Others hold it absolute, because they are pasted anywhere.
 _WITH_RELATIVE_IMAGE = (*USD_SUFFIXES, ".json", ".csv")
+# The table of a shoot with the frame of its first row, as in `take.csv@1001`.
 _AT_FRAME = re.compile(r"(.+\.csv)@(-?[0-9]{1,9})", re.IGNORECASE)
 _WITH_UNIT = (".usda", ".usd", ".usdc", ".nk")
-_UNIT_LEAST, _UNIT_MOST = 1e-6, 1e6  # metres; beyond them float32 cannot hold a lens and infinity
+_UNIT_LEAST, _UNIT_MOST = 1e-6, 1e6  # meters; beyond them float32 cannot hold a lens and infinity
 
 
 def write_camera(
@@ -36,10 +37,10 @@ def write_camera(
 ) -> None:
     """Write a camera in the format of the file's extension.
 
-    The file is written beside and renamed into place, so that an earlier one stays until the new
-    one is complete. `meters_per_unit` is the unit of the scene that the camera is for: USD's is
-    0.01 where it is None, Nuke's is 1; the other formats are always in metres. `holds_inverse`: the
-    depth of the plate is 1/z, for which a file for Nuke has a node.
+    The file is written beside `path` and renamed into place, so that an earlier one stays until the
+    new one is complete. `meters_per_unit` is the unit of the scene that the camera is for; None
+    means 0.01 for USD and 1 for Nuke, and the other formats are always in meters. `holds_inverse`
+    means that the depth of the plate is 1/z, for which a file for Nuke has a node.
 
     Raises InputError if the extension is not known or the file cannot be written.
     """
@@ -68,14 +69,14 @@ def read_camera(
     up_axis: UpAxis = "y",
     focus_unit_m: float | None = None,
 ) -> CameraSamples:
-    """Read the camera that `text` names.
+    """Read the camera that `text` names: the path of a file, with a suffix for some formats.
 
-    This is a USD file, with the camera's path where it holds several (`shot.usda:/world/cam`), JSON
+    It is a USD file, with the camera's path where it holds several (`shot.usda:/world/cam`), JSON
     or CSV as `write_camera` writes them, the CSV of a shoot, or a plate with its EXR headers.
     `take.csv@1001` puts the first row of a shoot at frame 1001.
 
     Headers do not define the unit and the up axis of their world: `scene_unit_m` is the unit in
-    metres, `up_axis` the axis. `focus_unit_m` is the unit of the focus in the table of a shoot, if
+    meters, `up_axis` the axis. `focus_unit_m` is the unit of the focus in the table of a shoot, if
     it was given.
 
     Raises InputError if there is no camera, the file is damaged, or an aperture image that it

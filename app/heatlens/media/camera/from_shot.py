@@ -1,4 +1,4 @@
-"""The lens of a shot as a camera, for programs that render depth of field themselves."""
+"""Convert the lens of a shot to a camera, for programs that render depth of field themselves."""
 
 import math
 from collections.abc import Sequence as Items
@@ -33,9 +33,10 @@ from heatlens.media.scene.scene_read import open_scene
 from heatlens.media.sequence.sequence import Sequence, find_sequence
 
 _ASSUMED_ASPECT = 16 / 9
-_SAME_HEIGHT = 0.005  # film backs are given in hundredths of a millimetre
+_SAME_HEIGHT = 0.005  # relative tolerance: film backs are given in hundredths of a millimeter
 _STILL = FrameRange(1, 1)
 
+# The world-to-camera matrix of each frame, or None without a placement; and notes for the user.
 _Placement = tuple[tuple[Matrix, ...] | None, tuple[str, ...]]
 
 
@@ -45,7 +46,7 @@ class CameraRequest:
 
     frames            the frames to sample; None means those that are played, else all
     sensor_height_mm  None: as wide and high as the picture
-    scene_unit_m      the unit of the world around plates, in metres; None: as the plate is read
+    scene_unit_m      the unit of the world around plates, in meters; None: as the plate is read
     up_axis           the up axis of the world around plates; scenes have y up
     """
 
@@ -88,7 +89,7 @@ def camera_before_plates(shot: Shot, request: CameraRequest) -> CameraSamples:
 def camera_in_scene(shot: Shot, request: CameraRequest) -> CameraSamples:
     """Return the lens of `shot` and its placement in its scene over the requested frames.
 
-    Lengths are in metres and y is up, as in the scene. Raises InputError if the scene cannot be
+    Lengths are in meters and y is up, as in the scene. Raises InputError if the scene cannot be
     read, or does not have the camera.
     """
     framing = shot.framing or Framing()
@@ -145,7 +146,7 @@ def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
 
 
 def _opening_notes(lens: Lens) -> tuple[str, ...]:
-    """Return notes on the aperture image and on other values that a camera cannot hold."""
+    """Return notes on the values of the opening that a camera cannot hold, and on its image."""
     lost_fields = [
         name for name in UNSAVED_OPENING_FIELDS if getattr(lens, name) != PLAIN_OPENING[name]
     ]
@@ -161,7 +162,7 @@ def _opening_notes(lens: Lens) -> tuple[str, ...]:
 
 
 def _plate(shot: Shot) -> tuple[Sequence | None, tuple[str, ...]]:
-    """Return the files of the plate, or None and a note on why there are none."""
+    """Return the files of the plate, or None and a note if they cannot be found."""
     if shot.source is None:
         return None, ()
     try:
@@ -171,7 +172,7 @@ def _plate(shot: Shot) -> tuple[Sequence | None, tuple[str, ...]]:
 
 
 def _frames_of(sequence: Sequence | None) -> FrameRange | None:
-    """Return the frames of a sequence, of which a still is one; None without files."""
+    """Return the range of frames of a sequence; a still has one frame. None without a sequence."""
     return None if sequence is None else FrameRange(sequence.first, sequence.last)
 
 
@@ -197,7 +198,10 @@ def _sensor_height_mm(
 
 
 def _header_height_note(headers: Items[Header], height_mm: float) -> str:
-    """Return the height that the headers give, if the picture shows another part of the sensor."""
+    """Return a clause with the height that the headers give if it differs from `height_mm`, or "".
+
+    They differ if the picture shows another part of the sensor.
+    """
     header_mm = camera_at_header(headers).sensor_height_mm
     if header_mm is None or math.isclose(header_mm, height_mm, rel_tol=_SAME_HEIGHT):
         return ""
@@ -205,7 +209,7 @@ def _header_height_note(headers: Items[Header], height_mm: float) -> str:
 
 
 def _placement(sequence: Sequence | None, frames: FrameRange, scene_unit_m: float) -> _Placement:
-    """Return the placement of the camera at each frame; a still has one for all frames."""
+    """Return the placement of the camera at each frame, from headers; a still has one for all."""
     if sequence is None:
         return None, ("without a plate the camera has no placement.",)
     if sequence.is_single:

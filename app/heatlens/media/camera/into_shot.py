@@ -36,13 +36,16 @@ def with_camera(shot: Shot, camera: CameraSamples, unchanged_fields: Collection[
             curve = shot.curves.of(parameter)
             keys = linear_keys(camera.frames, tracks[parameter], curve.scale)
             shot = shot.with_curve(parameter, replace(curve, keys=keys))
+    # Raises LensError for a frame whose values describe no possible lens.
     for frame in camera.frames:
         shot.lens_at(frame)
     return shot
 
 
 def first_values(camera: CameraSamples, unchanged_fields: Collection[str] = ()) -> Values:
-    """Return the fields of Lens of the camera at its first frame, without `unchanged_fields`.
+    """Return the values of the camera's fields of Lens at its first frame.
+
+    Fields in `unchanged_fields` are left out.
 
     Raises InputError for a sensor width that changes.
     """

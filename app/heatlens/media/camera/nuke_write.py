@@ -3,11 +3,11 @@
 Camera2 is read by every Nuke from 6 on. Nuke has no infinity: that focus is INFINITE_M away. The
 nodes that defocus follow it, with as much of the lens opening as they support.
 
-Bokeh takes the whole lens and computes the amount of blur from it. ZDefocus takes the focus plane
-S, the shape, and a `size`: with depths as distances it blurs z by size (1 - S / z), so the size is
-the blur at infinity. The radius of that disc on the sensor is f^2 / (2 N S), with the N of a
-renderer. A knob of our own holds it as a share of the sensor's width, and an expression multiplies
-it by the width of the picture.
+Bokeh takes the whole lens and computes the amount of blur from it. ZDefocus takes the focus
+distance S, the shape, and a `size`: with depths as distances it blurs a point at distance z by
+size (1 - S / z), so the size is the blur at infinity. The radius of that disc on the sensor is
+f^2 / (2 N S), with f the focal length and N the f-stop of a renderer. A knob of our own holds it as
+a share of the sensor's width, and an expression multiplies it by the width of the picture.
 
 The names of the knobs are those of Foundry's reference guide and of Nuke 17.0v3. Foundry does not
 say whether a size is half a diameter, as in Epic's example for Unreal, where the rotation of the
@@ -58,7 +58,7 @@ _MAX_SIZE = "width/4"  # Nuke's default would cut objects near the camera
 def nuke_text(
     camera: CameraSamples, meters_per_unit: float = 1.0, holds_inverse: bool = False
 ) -> str:
-    """Return the text of the nodes for a scene whose unit is `meters_per_unit` metres.
+    """Return the text of the nodes for a scene whose unit is `meters_per_unit` meters.
 
     With `holds_inverse` the depth of the plate is 1/z, and a node turns it into distances.
     """
@@ -102,7 +102,7 @@ def _placement_knobs(camera: CameraSamples, meters_per_unit: float) -> Iterator[
 
 
 def has_shape(camera: CameraSamples) -> bool:
-    """Return True unless the opening is round."""
+    """Return whether the opening has a shape: it is oval, has blades or the like, or an image."""
     tracks = camera.lens_tracks
     is_oval = set(tracks.get("squeeze", (1.0,))) != {1.0}
     return is_oval or bool(camera.shaped_fields) or camera.aperture_image is not None
@@ -153,7 +153,7 @@ def _distance_node(camera: CameraSamples) -> str:
 def _defocus_node(
     kind: str, camera: CameraSamples, knobs: Iterator[str], holds_inverse: bool = False
 ) -> str:
-    """Return the text of a defocus node of this kind, with a note on it as its label."""
+    """Return the text of a defocus node of this kind, with notes for the user as its label."""
     compare_note = _COMPARE_NOTE if has_shape(camera) else ""  # a disc has no blades to compare
     size_note = _SIZE_NOTE if kind == "ZDefocus2" and _half_discs(camera) else ""
     inverse_note = _INVERSE_NOTE.format(f"{camera.identifier}_distance") if holds_inverse else ""
@@ -243,13 +243,13 @@ def _curvature_value(camera: CameraSamples) -> str:
 
 
 def _aspect_value(camera: CameraSamples) -> str:
-    """Return the width of the opening over its height."""
+    """Return the width of the opening over its height, as the value of a knob."""
     squeeze = camera.lens_tracks.get("squeeze", (1.0,) * len(camera.frames))
     return knob_value(camera, [1.0 / value for value in squeeze])
 
 
 def knob_value(camera: CameraSamples, values: Sequence[float]) -> str:
-    """Return a number, or a list of the one curve that animates the knob."""
+    """Return the value of a knob as text: a number, or a list of the curve that animates it."""
     element = curve_or_number(camera, values)
     return f"{{{element}}}" if element.startswith("{") else element
 

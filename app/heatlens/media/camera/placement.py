@@ -1,6 +1,6 @@
 """Convert camera matrices between our convention and those of files and programs.
 
-Here p_camera = M p_world acts on columns, lengths are metres, and the camera has x to the right,
+Here p_camera = M p_world acts on columns, lengths are meters, and the camera has x to the right,
 y up and looks along -z, as in USD, Nuke and Blender. Numbers that a file keeps in float32 become
 the short decimals that were meant.
 """
@@ -18,7 +18,8 @@ Array = NDArray[np.float64]
 
 # From a world with y up to one with z up: a quarter turn about x, for columns.
 _Y_TO_Z = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
-_GIMBAL = 1e-7  # cosine below which two of the three angles rotate about the same axis
+# Cosine of the middle angle below which the other two angles rotate about the same axis.
+_GIMBAL = 1e-7
 _DIGITS_MOST = 9  # enough digits to distinguish any two float32
 
 
@@ -54,8 +55,8 @@ def camera_to_world(matrices: Sequence[Matrix], up_axis: str, target_up_axis: st
 def euler_deg(rotations: Array, order: str) -> Array:
     """Return angles (N, 3) in degrees about x, y and z for rotations (N, 3, 3).
 
-    The angles do not jump from frame to frame. `order` is XYZ or ZXY and begins with the axis that
-    is turned about first: XYZ is Rz Ry Rx.
+    The angles do not jump from frame to frame. `order` is XYZ or ZXY; its first letter is the axis
+    that is turned about first: XYZ is the matrix Rz Ry Rx.
     """
     axes = ["XYZ".index(letter) for letter in order]
     m = rotations[:, axes][
@@ -73,9 +74,9 @@ def euler_deg(rotations: Array, order: str) -> Array:
 
 
 def shortest_decimal(stored: float, unit: float = 1.0) -> float:
-    """Return the shortest decimal that becomes `stored` in float32: 1.3, not 1.29999995.
+    """Return the shortest decimal that becomes the same float32 as `stored`: 1.3, not 1.29999995.
 
-    `stored` is in the unit of the file. The result times `unit` is the same length in that unit.
+    `stored` is in the unit of the file, and the result is `stored` / `unit`.
     """
     value = stored / unit
     rounded = np.float32(stored)

@@ -33,7 +33,7 @@ _HEADER_TRACKS = [name for name in LENS_TRACKS if name not in _NOT_IN_HEADERS]
 def read_plate_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> CameraSamples:
     """Read the camera from the headers of a picture, or of a sequence's frames.
 
-    Frames without a file are left out. `scene_unit_m` is the length in metres of one unit of the
+    Frames without a file are left out. `scene_unit_m` is the length in meters of one unit of the
     world that the headers place the camera in. Raises InputError if a file cannot be read, or only
     some frames have a value.
     """
@@ -87,6 +87,7 @@ def placement_of(
     it, because holding the camera still at those frames would be wrong.
     """
     placements = [find_placement(frame_headers) for frame_headers in headers]
+    # Pairs of the world-to-camera matrix and whether the world of the headers is left-handed.
     rigid_placements = [
         convert_from_exr(value, scene_unit_m) for value in placements if value is not None
     ]
@@ -108,7 +109,10 @@ def placement_of(
 
 
 def _collect_track(name: str, cameras: dict[Path, CameraHeader]) -> Track | None:
-    """Return a value of the cameras at each frame; None if none has it, InputError if some do."""
+    """Return a value of the cameras as a track with one entry for each frame.
+
+    Returns None if no camera has it. Raises InputError if only some have it.
+    """
     values = {path: getattr(camera, name) for path, camera in cameras.items()}
     missing = [path for path, value in values.items() if value is None]
     if len(missing) == len(values):

@@ -114,7 +114,7 @@ def read_json_camera(path: Path) -> CameraSamples:
 
 
 def _parse_json_row(item: JsonEntry) -> Row:
-    """Return the values of a frame by the names of the tracks."""
+    """Return the values of a frame, by FRAME, the names of the tracks and PLACEMENT."""
     entries = item.members((FRAME, *LENS_TRACKS, PLACEMENT))
     row: dict[str, object] = {
         name: entries[name].number() for name in LENS_TRACKS if name in entries
@@ -130,7 +130,7 @@ def _parse_json_row(item: JsonEntry) -> Row:
 _RATE = "frames_per_second"
 _UP_AXIS = "up_axis"
 _TEXT_COLUMNS = (_UP_AXIS, _MODEL, _IMAGE)  # columns that hold no number
-# Columns of the matrix row by row; it acts on column vectors in metres.
+# Columns of the matrix row by row; it acts on column vectors in meters.
 _CELLS = tuple(f"{PLACEMENT}_{row}{column}" for row in range(4) for column in range(4))
 _COLUMNS = (FRAME, *LENS_TRACKS, _RATE, *_TEXT_COLUMNS, *_CELLS)
 
@@ -188,7 +188,7 @@ def _cells_of_row(camera: CameraSamples, row: Row) -> dict[str, object]:
 
 
 def _check_columns(path: Path, names: Sequence[str]) -> None:
-    """Raise InputError for a column that is unknown or occurs twice."""
+    """Raise InputError for a column that is unknown, with a similar name, or occurs twice."""
     for name in names:
         if name not in _COLUMNS:
             similar_names = get_close_matches(str(name), _COLUMNS, 1)
@@ -219,6 +219,7 @@ def _parse_csv_row(path: Path, line: int, cells: Mapping[str | None, str]) -> Va
 
 
 def _parse_lens_model(path: Path, text: str) -> LensModel:
+    """Return the lens model called `text`; raise InputError for another text."""
     if text not in list(LensModel):
         names = " or ".join(LensModel)
         raise InputError(f"{path}: {_MODEL} should be {names}, got {text!r}.")
@@ -226,6 +227,7 @@ def _parse_lens_model(path: Path, text: str) -> LensModel:
 
 
 def _parse_number(path: Path, line: int, name: str, text: str) -> float:
+    """Return the number in a cell, which may be infinite; raise InputError for another text."""
     try:
         number = float(text)
     except ValueError:
@@ -236,6 +238,7 @@ def _parse_number(path: Path, line: int, name: str, text: str) -> float:
 
 
 def _to_whole_frame(path: Path, line: int, frame: float) -> int:
+    """Return the frame as an integer; raise InputError for a fraction."""
     if not frame.is_integer():
         raise InputError(f"{path}: line {line}: a frame should be a whole number, got {frame:g}.")
     return int(frame)

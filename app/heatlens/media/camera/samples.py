@@ -30,7 +30,7 @@ Track = tuple[float, ...]  # a value at each frame
 UpAxis = Literal["y", "z"]
 
 # Replaces infinity in formats that cannot express it. The difference is invisible, and float32 is
-# precise enough for it even in millimetres.
+# precise enough for it even in millimeters.
 INFINITE_M = 1e9
 
 # The values of the opening in a camera, besides the squeeze: every field of `Lens` for it that is a
@@ -72,7 +72,7 @@ class CameraSamples:
     lens_model         the model of the discs at the nominal f-stop; None if unknown
     focus_distance_m   may be infinite
     squeeze            as in `Lens`
-    world_to_camera    p_camera = M p_world for columns in metres; the camera has x to the right, y
+    world_to_camera    p_camera = M p_world for columns in meters; the camera has x to the right, y
                        up, and looks along -z
     up_axis            the axis of the world that points up
     notes              sentences for the user
@@ -80,7 +80,7 @@ class CameraSamples:
     aperture_image     as in `Lens`; one that a file names is read by `camera_file.read_camera`
     timecodes          timecode of each frame, if they came with the table of a shoot
     has_focus_unit     False for a shoot table without any unit of the focus, which is then taken
-                       as metres
+                       as meters
 
     Raises InputError that names the frame if a value is impossible for a camera.
     """
@@ -123,7 +123,7 @@ class CameraSamples:
 
     @property
     def has_opening(self) -> bool:
-        """Return whether it defines the opening; omitted values are then as in a plain lens."""
+        """Return whether the opening is described; omitted values are as in a plain lens."""
         return bool(self.opening) or self.aperture_image is not None
 
     @property
@@ -135,7 +135,7 @@ class CameraSamples:
 
     @property
     def focus_without_unit_m(self) -> Track:
-        """The focus distances that had no unit and were assumed to be in metres."""
+        """The focus distances that had no unit and were assumed to be in meters."""
         return () if self.has_focus_unit else self.focus_distance_m or ()
 
     @property
@@ -168,6 +168,7 @@ def finite_m(distance_m: float) -> float:
 
 
 def _check_frames(frames: tuple[int, ...]) -> None:
+    """Raise InputError unless there are frames, all possible and in ascending order."""
     if not frames:
         raise InputError("A camera needs at least one frame.")
     for frame in frames:
@@ -187,6 +188,7 @@ def _check_length(name: str, count: int, frames: tuple[int, ...]) -> None:
 
 
 def _check_track(name: str, track: Track, frames: tuple[int, ...]) -> None:
+    """Raise InputError for a wrong number of values, or one that no camera can have."""
     _check_length(LENS_TRACKS[name], len(track), frames)
     for frame, value in zip(frames, track, strict=True):
         is_positive = value > 0 or name in OPENING_TRACKS
@@ -197,9 +199,10 @@ def _check_track(name: str, track: Track, frames: tuple[int, ...]) -> None:
 
 
 def with_renderer_f_stop(camera: CameraSamples) -> CameraSamples:
-    """Return the camera with the f-stop that makes the same discs in a renderer, and the nominal.
+    """Return the camera with the f-stop with which a renderer makes the same discs.
 
-    It is N (1 - f/S) at each frame, and a note says so. A camera that has the discs of a renderer
+    At each frame this is N (1 - f/S) for a nominal f-stop N, focal length f and focus distance S.
+    The nominal f-stop is kept beside it, and a note says so. A camera that has these discs
     already, or lacks the f-stop, the focus or the focal length, is returned unchanged.
     """
     f_stops, focal_lengths, focus = camera.f_stop, camera.focal_length_mm, camera.focus_distance_m

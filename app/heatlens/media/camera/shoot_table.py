@@ -45,7 +45,7 @@ class ShootTable:
     columns      names in the order of the file
     rows         cells by the name of their column
     row_numbers  the line of the file in which each row ends; the columns are in line 1
-    too_wide     a sentence on the first row with more cells than columns; "" without one
+    extra_cells_note  a sentence on the first row with more cells than columns; "" without one
     """
 
     columns: tuple[str, ...]
@@ -78,7 +78,7 @@ def parse_table(text: str) -> ShootTable:
 
 
 def unreadable_notes(path: Path, table: ShootTable, lenses: Sequence[ShootLens]) -> list[str]:
-    """Return a sentence for each value of the lens that cannot be read in some rows.
+    """Return a sentence for each value of the lens that cannot be read in some of the rows.
 
     Raises InputError if most cells of a column that hold anything cannot be read.
     """
@@ -122,7 +122,10 @@ def conflict_notes(table: ShootTable, lenses: Sequence[ShootLens]) -> list[str]:
 
 
 def _extra_cells_note(row: Mapping[str | None, object], number: int, separator: str) -> str:
-    """Return a sentence if cells lie beyond the last column, as after unquoted decimal commas."""
+    """Return a sentence if a row has cells beyond the last column; else "".
+
+    Unquoted decimal commas can be the cause.
+    """
     extra_cells = row.get(None)
     if not isinstance(extra_cells, list) or not any(str(cell).strip() for cell in extra_cells):
         return ""
@@ -131,10 +134,11 @@ def _extra_cells_note(row: Mapping[str | None, object], number: int, separator: 
 
 
 def _has_decimal_commas(rows: Sequence[Row], separator: str) -> bool:
-    """Return True if a comma marks decimals even before three digits, as in 4,812.
+    """Return True if a comma before three digits, as in 4,812, marks decimals too.
 
-    In a table with a point in any number they do not, because commas may separate thousands.
-    Otherwise, semicolons between the cells show it, and so does a comma not before three digits.
+    A number with a decimal point anywhere in the table means that commas may separate thousands.
+    Without one, semicolons between the cells, or a comma before other than three digits, show that
+    the table has decimal commas.
     """
     cells = [cell for row in rows for cell in row.values()]
     if any(_WITH_POINT.fullmatch(cell) for cell in cells):
@@ -168,12 +172,13 @@ _EXPECTED_TRACKS = ("focus_distance_m", "f_stop", "focal_length_mm")
 
 def is_shoot_table(names: Sequence[str]) -> bool:
     """Return whether the columns are those of a shoot: at least two of them are lens values."""
+    # With "1" in each cell, every column that is understood becomes a source of a lens value.
     example = read_shoot_lens({name: "1" for name in names if name})
     return len(_LENS_FIELDS & set(example.sources)) > 1
 
 
 def table_columns(path: Path) -> list[str]:
-    """Return the names of the columns; none of heatlens's own names is one of a shoot."""
+    """Return the names of the columns of a table, or [] if heatlens itself wrote the table."""
     names = _read_table(path).columns
     return [] if _HEATLENS_COLUMNS & set(names) else list(names)
 
@@ -218,7 +223,7 @@ def read_shoot_table(
 
 
 def _read_table(path: Path) -> ShootTable:
-    """Return the columns, separated by commas, semicolons or tabs, and the rows."""
+    """Read a table whose cells are separated by commas, semicolons or tabs. Raises InputError."""
     try:
         return parse_table(read_file_bytes(path).decode("utf-8-sig"))
     except OSError as error:
@@ -228,13 +233,19 @@ def _read_table(path: Path) -> ShootTable:
 
 
 def _tracks(lenses: Sequence[ShootLens]) -> Values:
-    """Return the values of each field that is read, or None; T-stops stand in for f-stops."""
+    """Return the track of each field in _TRACK_NAMES, or None if no row has a value.
+
+    T-stops stand in for f-stops if there are none.
+    """
     tracks = {name: _filled_track(name, lenses) for name in _TRACK_NAMES}
     return tracks | {"f_stop": tracks["f_stop"] or _filled_track("t_stop", lenses)}
 
 
 def _filled_track(name: str, lenses: Sequence[ShootLens]) -> tuple[float, ...] | None:
-    """Return a value for each row, missing ones as in the row before; None if no row has one."""
+    """Return a value for each row, or None if no row has one.
+
+    A missing value is that of the row before; in front of the first value, it is the first value.
+    """
     values = [getattr(lens, name) for lens in lenses]
     first = next((value for value in values if value is not None), None)
     if first is None:
@@ -283,7 +294,10 @@ def _unknown_columns_note(table: ShootTable) -> str:
 
 
 def _frames(path: Path, rows: Sequence[Row], first_frame: int | None) -> tuple[int, ...]:
-    """Return the frames in their column; without it, or with a given first frame, count on."""
+    """Return the frame of each row: from the column of frames, else counted from 0.
+
+    With `first_frame` the first row is at that frame, and the others keep their distance to it.
+    """
     column = _find_column(rows[0], _FRAMES)
     if column is None:
         first = 0 if first_frame is None else first_frame

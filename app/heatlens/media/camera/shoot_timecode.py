@@ -99,6 +99,7 @@ def _match_note(
 
 
 def _no_match_note(timecodes: Sequence[Timecode], shot_timecode: FrameTimecode) -> str:
+    """Return a sentence on a table of which no row has a timecode of the shot."""
     frame, start = shot_timecode
     return (
         f"No row of the table has a timecode of the shot: the rows go from {timecodes[0]} to "

@@ -164,7 +164,10 @@ def _frames(stage: _Stage) -> tuple[int, ...]:
 
 
 def _lens_unit_note(stage: _Stage, frame: int) -> str | None:
-    """Return a sentence if lengths of the lens are in mm, which USD does not allow; else None."""
+    """Return a sentence if the file has lengths of the lens in mm, which USD does not allow.
+
+    Returns None if they are in tenths of the stage's unit, as USD has them.
+    """
     focal, width = (
         _track(stage, MM_ATTRIBUTES[name], (frame,))[0]
         for name in ("focal_length_mm", "sensor_width_mm")
@@ -217,7 +220,7 @@ def _aperture_image(stage: _Stage) -> OpeningImage | None:
 
 
 def _track(stage: _Stage, name: str, frames: tuple[int, ...], unit: float = 1.0) -> Track:
-    """Return an attribute at each frame, divided by `unit`."""
+    """Return a numeric attribute at each frame, divided by `unit`. Raises InputError otherwise."""
     attribute = stage.prim.GetAttribute(name)
     values = [attribute.Get(frame) for frame in frames]
     for frame, value in zip(frames, values, strict=True):
@@ -225,7 +228,7 @@ def _track(stage: _Stage, name: str, frames: tuple[int, ...], unit: float = 1.0)
             raise InputError(f"{name} should be a number at frame {frame}, got {value!r}.")
     decimals = {
         value: shortest_decimal(value, unit) for value in dict.fromkeys(values)
-    }  # mostly few
+    }  # most frames share a few values, so each value is converted once
     return tuple(decimals[value] for value in values)
 
 
@@ -245,9 +248,10 @@ def _up_axis(stage: _Stage) -> UpAxis:
 def _placement(
     stage: _Stage, frames: tuple[int, ...]
 ) -> tuple[tuple[Matrix, ...] | None, tuple[str, ...]]:
-    """Return world to camera in metres, without the scale of parents, and notes.
+    """Return the world-to-camera matrix of each frame in meters, and notes for the user.
 
-    The placement is None where the file has none.
+    The scale of parent prims is removed. The placement is None where the file has none, or where it
+    shears or mirrors.
     """
     geometry = usd_module("UsdGeom")
     if not any(

@@ -28,7 +28,7 @@ OPENING = {
     for name, words in OPENING_TRACKS.items()
 }
 
-# Clipping range: 1 cm and 10 km, which is USD's default of 1 to 1e6 units in centimetres. In metres
+# Clipping range: 1 cm and 10 km, which is USD's default of 1 to 1e6 units in centimeters. In meters
 # that default would cut off everything nearer than 1 m.
 CLIPPING_M = (0.01, 1e4)
 
@@ -46,7 +46,7 @@ MM_ATTRIBUTES = {
 
 
 def units_per_mm(meters_per_unit: float) -> float:
-    """Return how many units of a stage's cameras are 1 mm; USD's lenses are in tenths of a unit."""
+    """Return how many units of a lens attribute are 1 mm; USD's are tenths of a stage's unit."""
     return 1e-3 / meters_per_unit * 10
 
 
@@ -115,7 +115,7 @@ def _author_lens(prim: UsdObject, camera: CameraSamples, meters_per_unit: float)
 
 
 def _author_draft_values(prim: UsdObject, camera: CameraSamples) -> None:
-    """Write the values that the draft proposal names, unless they are the defaults."""
+    """Write the values that the draft proposal names, from the first frame, unless they are 1."""
     tracks = camera.lens_tracks
     for name, key in DRAFT_KEYS.items():
         value = tracks[name][0] if name in tracks else 1.0
@@ -133,7 +133,7 @@ def _author_float_attribute(
 
 
 def _author_placement(prim: UsdObject, camera: CameraSamples, meters_per_unit: float) -> None:
-    """Write camera to world; USD's points are rows, so its matrices are transposed."""
+    """Write the camera-to-world matrices; USD's points are rows, so they are transposed."""
     if camera.world_to_camera is None:
         return
     camera_matrices = camera_to_world(camera.world_to_camera, camera.up_axis, camera.up_axis)
@@ -147,7 +147,10 @@ def _author_placement(prim: UsdObject, camera: CameraSamples, meters_per_unit: f
 
 
 def _author(attribute: UsdObject, camera: CameraSamples, values: Sequence[UsdObject]) -> None:
-    """Set one value for all times if it is constant, so that it is edited in one place."""
+    """Write a value at each frame, or a single value for all times if it is constant.
+
+    A single value can be edited in one place.
+    """
     if all(value == values[0] for value in values):
         attribute.Set(values[0])
         return

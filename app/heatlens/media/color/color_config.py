@@ -84,7 +84,7 @@ class ColorConfig:
         )
 
     def find_space(self, *names: str) -> str | None:
-        """Return the first colour space with one of `names`.
+        """Return the first color space with one of `names`.
 
         A name may be the space's own, an alias or its interop identifier. Returns None where there
         is none, or the space is marked as data.
@@ -103,7 +103,7 @@ class ColorConfig:
         return None
 
     def grading_space(self, input_space: str) -> str:
-        """Return the space for grades: the config's role for that, else that of the light."""
+        """Return the space for grades: the config's role color_timing, else the input space."""
         space = self.config.getColorSpace("color_timing")
         return input_space if space is None else str(space.getName())
 
@@ -140,7 +140,7 @@ def load_color_config(path: str | None) -> ColorConfig:
 
 
 def list_config_files(path: Path) -> tuple[Path, ...]:
-    """Return the config at `path`, then the tables that it names and that are found."""
+    """Return the config at `path`, then the files of its transforms that exist."""
     library, config = ocio(), load_color_config(str(path)).config
     files = [path]
     for name in dict.fromkeys(
@@ -175,7 +175,10 @@ def _table_names(transform: Any) -> Iterator[str]:
 
 
 def _read_config(address: str, source: str) -> object:
-    """Read the config; an error in one of its views appears only when that view is used."""
+    """Read and check the config at `address`; `source` names it in messages. Raises InputError.
+
+    An error in one of its views appears only when that view is used.
+    """
     library = ocio()
     if not address.isprintable():  # bytes of another encoding arrive as surrogates
         raise InputError(f"{source!a}: OpenColorIO accepts only Unicode paths. Rename the file.")

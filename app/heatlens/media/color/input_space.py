@@ -1,4 +1,4 @@
-"""Find the colour space of a plate: the user's choice, else the one in its header.
+"""Find the color space of a plate: the user's choice, else the one in its header.
 
 The window, `render` and `export` all use this, so that they treat a plate in the same way.
 """
@@ -34,8 +34,12 @@ _NAMES: Mapping[Primaries, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class InputSpace:
-    """A space of the config, the origin of the choice, and a note if the header's is unknown.
+    """The space of a plate.
 
+    name              a space of the config, or of `plate.primaries` without a config
+    origin            how it was chosen, for the user
+    note              a sentence if the header names a space that is unknown; else ""
+    source_primaries  the plate's own primaries, if a matrix must convert the light to `name`
     Light in primaries that no space of the config has is converted to linear Rec. 709 by a matrix.
     """
 

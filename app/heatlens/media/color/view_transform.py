@@ -44,7 +44,7 @@ def to_rec709(primaries: Primaries) -> Matrix:
 
 
 def _to_xyz(primaries: Primaries) -> Matrix:
-    """Return the XYZ of red, green and blue as columns, which sum to the white with Y = 1."""
+    """Return the matrix (3, 3) from linear RGB of these primaries to XYZ; white has Y = 1."""
     red, green, blue, _ = np.reshape(primaries.chromaticities, (4, 2))
     columns = np.stack([_xyz(*xy) for xy in (red, green, blue)], axis=1)
     matrix: Matrix = columns * np.linalg.solve(columns, _white_xyz(primaries))
@@ -58,9 +58,9 @@ def _white_xyz(primaries: Primaries) -> Matrix:
 
 
 def _xyz(x: float, y: float) -> Matrix:
-    """Return the XYZ of a chromaticity with the sum 1.
+    """Return the XYZ of a chromaticity, scaled so that X + Y + Z = 1.
 
-    Y is not scaled to 1, because blue of AP0 has almost no luminance.
+    Y is not scaled to 1, because the blue of AP0 has almost no luminance.
     """
     return np.array([x, y, 1.0 - x - y])
 
@@ -227,7 +227,7 @@ def _cpu_encoder(cpu_processor: Any) -> Callable[[FloatImage], FloatImage]:
 # for a picture in high definition, the CPU 1.3 s. They differ in about one pixel of 1,500 by one
 # code.
 def _gpu_shader(library: ModuleType, processor: Any) -> tuple[str, tuple[Lut, ...], str]:
-    """Return GLSL, its tables, and a key that identifies both."""
+    """Return the GLSL of an OpenColorIO processor, its tables, and a key that identifies both."""
     gpu_processor = processor.getDefaultGPUProcessor()
     shader = library.GpuShaderDesc.CreateShaderDesc(
         language=library.GPU_LANGUAGE_GLSL_4_0, functionName=_FUNCTION, resourcePrefix="ocio_"

@@ -63,7 +63,8 @@ def otio() -> ModuleType:
 def read_edit(path: Path, options: EditOptions) -> Reel:
     """Return the reel of an edit. Raises InputError if it cannot be read, or shows no picture.
 
-    A damaged file can crash OpenTimelineIO, or keep it busy for ever.
+    The edit is read in a process of its own with limits of time and memory, unless this process has
+    such limits already. A damaged file can crash OpenTimelineIO, or keep it busy for ever.
     """
     if is_bounded():
         return _read_reel_bounded((path, options))
@@ -182,6 +183,7 @@ def _align_tracks(timeline: Any) -> Any:
         zero - track.source_range.start_time if track.source_range else zero for track in tracks
     ]
     for track, start_time in zip(tracks, start_times, strict=True):
+        # Only the order of the tracks and the gaps in them place the clips from here on.
         track.source_range = None
         if start_time > min(start_times):
             track.insert(0, schema.Gap(duration=start_time - min(start_times)))
@@ -249,6 +251,7 @@ def _speed_note(span: ShownSpan, retime: Retime | None) -> str:
 
 
 def _rate_note(clip: Item, rate: float) -> str:
+    """Return a note on a clip with another frame rate than the cut; "" for the same rate."""
     clip_rate = float(clip.duration().rate)
     return (
         ""
@@ -278,7 +281,7 @@ def _transition_note(frames: float, position: str) -> str:
 
 
 def _split_markers(clip: Item) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the markers that are focus marks, such as "A=2.4m", and the others as notes."""
+    """Return the focus marks among the markers, such as "A=2.4m", and the others as notes."""
     marks, notes = [], []
     for marker in clip.markers:
         text = " ".join(filter(None, (marker.name, marker.comment))).strip()
@@ -291,6 +294,7 @@ def _split_markers(clip: Item) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 def _is_distance(text: str) -> bool:
+    """Return whether a text is a distance above 0."""
     try:
         return parse_distance_m(text) > 0
     except InputError:

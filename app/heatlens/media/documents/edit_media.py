@@ -27,16 +27,16 @@ _DIGITS = re.compile(r"%0?([0-9]{1,2})d|\[([0-9]+)-[0-9]+\]")  # %04d, and [1001
 
 @dataclass(frozen=True)
 class Media:
-    """What a clip shows.
+    """The media of a clip.
 
-    source    a source as shots name it; "" if it is missing
-    sequence  its frames; None for a scene, a shot, and if it is missing
-    start_s   the time of `first` in the clock of the edit; None if the edit does not say
-    first     the number of the frame at `start_s`
+    source     the source as shots name it; "" if it is missing
+    sequence   the frames; None for a scene, a shot, and if the source is missing
+    start_s    time of frame `first` in seconds, in the clock of the edit; None if it is not stated
+    first      the number of the frame at `start_s`
     edit_name  the name in the edit
-    rate      frames per second of the numbers of frames; None for those of the clip
-    step      frames from one that exists to the next
-    note      what else the folders hold by this name; "" if nothing does
+    rate       frames per second by which the frames are numbered; None for the rate of the clip
+    step       distance in frame numbers from one existing frame to the next
+    note       which other media in the folders fit; "" if none do
     """
 
     source: str
@@ -49,10 +49,11 @@ class Media:
     note: str = ""
 
     def frame_at(self, time: float, rate: float) -> tuple[int, str]:
-        """Return the number of the frame at a time of the clip in its frames, and a note or "".
+        """Return the number of the frame at `time`, and a note for the user or "".
 
-        This is for media without a start. The time is a frame number if there is such a frame,
-        else a timecode of the headers, else counted from the first frame.
+        This is for media without a start. `time` is counted in frames at `rate`. It is a frame
+        number if there is such a frame, else a timecode of the headers, else it is counted from the
+        first frame.
         """
         if self.sequence is None or round(time) in self.sequence.frames:
             return round(time), ""
@@ -68,7 +69,9 @@ class Media:
 def resolve_frames(
     span: ShownSpan, frames: range, media: Media, rate: float
 ) -> tuple[FrameRange, Retime | None, str]:
-    """Return which frames of its media a cut shows, how it plays them, and a note or "".
+    """Return the frames of its media that a cut shows, how it plays them, and a note or "".
+
+    The retime is None where the frames are played once each in order.
 
     `frames` are those of the cut, at `rate` a second, within the span.
     """
@@ -170,6 +173,7 @@ class MediaFinder:
         first: int | None,
         start_s: Fraction | None,
     ) -> Media:
+        """Return the media at `source`; `alternatives` are other sources that fit as well."""
         note, sequence = _alternatives_note(source, alternatives), _sequence_at(source)
         if sequence is None:
             return Media(source, None, first or 0, start_s, target, note=note)
@@ -261,7 +265,10 @@ def _source_name(source: str, sequence: Sequence) -> str:
 
 
 def _name_keys(name: str) -> Iterator[str]:
-    """Yield the forms under which media are listed: the name, its stem, and that without frames."""
+    """Yield the keys of a name for the list of media, in lower case.
+
+    They are the name itself, its pattern, and its stem or the prefix before the frame number.
+    """
     last = Path(name).name.lower()
     yield last
     form, _ = parse_frame_name(last)
@@ -270,7 +277,7 @@ def _name_keys(name: str) -> Iterator[str]:
 
 
 def _all_media(folders: Iterable[Path]) -> Iterator[tuple[str, str]]:
-    """Yield the media below the folders with the forms of their names; later ones win."""
+    """Yield pairs of key and source for the media below the folders; later ones have priority."""
     for top_folder in folders:
         for folder, subfolders, names in os.walk(top_folder):
             depth = len(Path(folder).parts) - len(top_folder.parts)

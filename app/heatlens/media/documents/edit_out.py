@@ -105,6 +105,7 @@ def _focus_markers(exported_shot: ExportedShot, rate: float) -> Iterable[Any]:
 
 
 def _time_range(frames: FrameRange, rate: float) -> Any:
+    """Return the TimeRange of OpenTimelineIO for frames at this rate."""
     time = otio().opentime
     first, count = time.RationalTime(frames.first, rate), time.RationalTime(frames.count, rate)
     return time.TimeRange(first, count)

@@ -13,7 +13,7 @@ from typing import TypeGuard
 from heatlens.core.model.curves.frames import exact_rate
 from heatlens.media.documents.edit_types import Composition, Item, Time
 
-_FRACTIONS_MOST = 10_000  # of a frame; finer ones are errors of rounding
+_FRACTIONS_MOST = 10_000  # largest denominator of a frame; finer fractions are rounding errors
 _PICTURE = "Video"  # the kind of a track that is seen
 _INSTANT_S = Fraction(1, 10**9)
 
@@ -25,7 +25,7 @@ def seconds(time: Time) -> Fraction:
 
 @dataclass(frozen=True)
 class Clock:
-    """The time of an item at a time of the cut: begin_s + speed * cut_s, all in seconds."""
+    """The time of an item at the time `cut_s` of the cut: begin_s + speed * cut_s, in seconds."""
 
     begin_s: Fraction = Fraction(0)
     speed: Fraction = Fraction(1)
@@ -35,17 +35,20 @@ class Clock:
         return self.begin_s + self.speed * cut_s
 
     def span(self, first_s: Fraction, end_s: Fraction, within: "Span") -> "Span | None":
-        """Return when the cut shows the item from `first_s` to before `end_s`; None if never."""
+        """Return when the cut shows the times of the item from `first_s` to before `end_s`.
+
+        The result is in seconds of the cut and lies inside `within`. Returns None if it is empty.
+        """
         if self.speed == 0:
             return within if first_s <= self.begin_s < end_s else None
         ends = [(time - self.begin_s) / self.speed for time in (first_s, end_s)]
-        # A span excludes its end, played backwards too; so that is shifted by an instant.
+        # A span excludes its end. Played backwards, that is its first instant: shift it by one.
         shift_s = _INSTANT_S if self.speed < 0 else 0
         first, end = max(min(ends) + shift_s, within[0]), min(max(ends) + shift_s, within[1])
         return (first, end) if first < end else None
 
     def clock_of_item(self, item: Item, item_start_s: Fraction) -> "Clock":
-        """Return the clock of an item that begins at `placed_s` of this one."""
+        """Return the clock of an item that begins at `item_start_s` of this clock."""
         trimmed_range, speed = item.trimmed_range(), speed_of(item)
         begin_s = seconds(trimmed_range.start_time)
         if speed < 0:
@@ -89,7 +92,7 @@ def shown_spans(stack: Composition) -> list[ShownSpan]:
 
 
 def speed_of(item: Item) -> Fraction:
-    """Return the speed of an item relative to its media: 0 for a freeze, below 0 for backwards."""
+    """Return the speed of an item relative to its media: 0 for a freeze, negative for backwards."""
     scalars = (effect.time_scalar for effect in item.effects if hasattr(effect, "time_scalar"))
     return Fraction(math.prod(scalars)).limit_denominator(_FRACTIONS_MOST)
 
@@ -104,7 +107,7 @@ def _has_schema(item: Item, name: str) -> TypeGuard[Composition]:
 
 
 def _spans_of_item(item: Item, clock: Clock, span: Span) -> list[ShownSpan]:
-    """Return what an item shows in a span of the cut, in order."""
+    """Return what an item shows in a span of the cut, in order; a gap has no clip."""
     if not _is_picture(item) or item.schema_name() == "Gap":
         return [ShownSpan(None, clock, *span)]
     if _has_schema(item, "Stack"):
@@ -117,7 +120,7 @@ def _spans_of_item(item: Item, clock: Clock, span: Span) -> list[ShownSpan]:
 def _spans_of_item_at(
     item: Item, clock: Clock, item_start_s: Fraction, span: Span
 ) -> list[ShownSpan]:
-    """Return what an item shows that begins at `item_start_s` of the clock."""
+    """Return what an item shows within `span`, if it begins at `item_start_s` of `clock`."""
     length_s = seconds(item.duration())
     visible_span = clock.span(item_start_s, item_start_s + length_s, span)
     return (
@@ -128,7 +131,7 @@ def _spans_of_item_at(
 
 
 def _spans_of_track(track: Composition, clock: Clock, span: Span) -> list[ShownSpan]:
-    """Return what a track shows, whose items follow each other."""
+    """Return what a track shows in a span of the cut; its items follow each other."""
     spans, item_start_s = list[ShownSpan](), Fraction(0)
     for item in track:
         if item.schema_name() != "Transition":

@@ -1,11 +1,11 @@
-"""What is used of OpenTimelineIO, which comes without types."""
+"""Types for the parts of OpenTimelineIO that are used, because the library has none."""
 
 from collections.abc import Iterable, Mapping, Reversible, Sized
 from typing import Protocol
 
 
 class Time(Protocol):
-    """An opentime.RationalTime: so many frames at a rate."""
+    """An opentime.RationalTime: `value` frames at `rate` frames per second."""
 
     value: float
     rate: float
@@ -35,16 +35,16 @@ class Item(Protocol):
     source_range: TimeRange | None
 
     def schema_name(self) -> str:
-        """Return what it is: "Clip", "Gap", "Track", "Stack"; a track also has "Transition"s."""
+        """Return the kind of item: "Clip", "Gap", "Track", "Stack"; "Transition" in a track."""
 
     def duration(self) -> Time:
-        """Return how long it is shown."""
+        """Return how long the item is shown."""
 
     def trimmed_range(self) -> TimeRange:
-        """Return which part of it is shown."""
+        """Return which part of the media is shown."""
 
     def parent(self) -> object:
-        """Return what holds it."""
+        """Return the composition that holds the item."""
 
 
 class Composition(Item, Reversible[Item], Sized, Protocol):

@@ -2,8 +2,8 @@
 
 A list does not state its frame rate. Timecodes with frames beyond the assumed rate are refused with
 a sentence of heatlens. A line M2 states the speed of the event before it. The adapter uses it only
-if source and record have different lengths, but Resolve writes equal ones: the source of such an
-event gets the length that follows from the speed.
+if source and record have different lengths, but Resolve writes equal ones. Therefore the source of
+such an event gets the length that follows from the speed.
 """
 
 import re
@@ -16,7 +16,7 @@ _TIME = r"(\d\d:\d\d:\d\d[:;]\d\d)"
 _EVENT = re.compile(rf"^\s*\d+\s+.*?{_TIME}\s+{_TIME}\s+{_TIME}\s+{_TIME}\s*$")
 _SPEED = re.compile(rf"^\s*M2\s+.*?(-?\d+(?:\.\d+)?)\s+{_TIME}\s*$")
 _FRAMES = re.compile(r"\b\d\d:\d\d:\d\d[:;](\d\d)\b")
-_SAME_SPEED = 1e-3
+_SAME_SPEED = 1e-3  # relative difference from normal speed that counts as none
 
 
 def prepare_edl(path: Path, text: str, rate: float) -> str:
@@ -55,10 +55,10 @@ def prepare_edl(path: Path, text: str, rate: float) -> str:
 
 
 def _stretch_source(event: str, speed: float, rate: float) -> str:
-    """Return the line of an event with a source as long as its speed requires.
+    """Return the line of an event, with the end of its source as its speed requires.
 
-    An event whose source and record already differ in length is returned unchanged. `speed` is in
-    frames of the source a second.
+    An event whose source and record already differ in length, a freeze and an event at normal speed
+    are returned unchanged. `speed` is in frames of the source per second.
     """
     time = import_extra("opentimelineio").opentime
     match = _EVENT.match(event)

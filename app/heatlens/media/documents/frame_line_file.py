@@ -67,7 +67,7 @@ def _canvas_shapes(canvas: Any) -> Iterator[Canvas]:
 
 
 def _frame_line(decision: Any, area: _Rect) -> FrameLine:
-    """Return the frame line of a framing decision, in parts of `area`."""
+    """Return the frame line of a framing decision, relative to `area`."""
     protection = decision.get_protection_rect()
     inner = None if protection is None else _relative_part(protection, area)
     return FrameLine(
@@ -76,6 +76,6 @@ def _frame_line(decision: Any, area: _Rect) -> FrameLine:
 
 
 def _relative_part(rect: _Rect, area: _Rect) -> Part:
-    """Return a rectangle (x0, y0, x1, y1) in parts of the width and height of `area`."""
+    """Return a rectangle as (x0, y0, x1, y1), in shares of the width and height of `area`."""
     x, y = (rect.x - area.x) / area.width, (rect.y - area.y) / area.height
     return x, y, x + rect.width / area.width, y + rect.height / area.height

@@ -59,7 +59,7 @@ class KitShelf:
 
 
 def kit_shelf(folder: Path | None = None) -> KitShelf:
-    """Read all kits; `folder` holds the user's own kits, and has a default."""
+    """Read all kits; `folder` holds the user's own kits, and None means the default folder."""
     folder = kits_dir() if folder is None else folder
     shipped_kits = [read_kit(path) for path in sorted(_SHIPPED.glob("*.json"))]
     own_kits, problems = [], []

@@ -23,7 +23,7 @@ _SHOT_FIELDS = ("name", "source", "frames", "notes", "marks", "grade", "retime",
 
 
 def is_reel(text: str) -> bool:
-    """Return whether a name is that of a reel or of an edit: OpenTimelineIO, EDL, AAF, XML."""
+    """Return whether a file name is that of a reel or of an edit: OpenTimelineIO, EDL, AAF, XML."""
     return text.lower().endswith(REEL_SUFFIXES)
 
 
@@ -74,6 +74,7 @@ def _read_gap(entry: JsonEntry) -> int:
 
 
 def _read_shot(entry: JsonEntry, path: Path) -> ReelShot:
+    """Return the shot of a JSON entry of the reel at `path`; its source becomes absolute."""
     members = entry.members(_SHOT_FIELDS)
     for name in ("name", "source"):
         if name not in members:

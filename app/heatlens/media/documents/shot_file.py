@@ -224,12 +224,15 @@ def _read_mark(entry: JsonEntry) -> Mark:
 
 
 def _focus_word(scale: Scale) -> str:
-    """Return the word for a scale of the focus in files and on the command line."""
+    """Return the name of a scale of the focus, as it is in files and on the command line."""
     return next(word for word, known_scale in FOCUS_SCALES.items() if known_scale is scale)
 
 
 def relative_source(source: str, folder: str | os.PathLike[str]) -> str:
-    """Return the path relative to the folder of the file, or absolute on another drive."""
+    """Return the path relative to `folder`, or the absolute path if it is on another drive.
+
+    The name of a built-in scene is returned unchanged.
+    """
     if source in _BUILT_IN_SOURCES and not os.path.exists(source):
         return source
     return relative_path(source, folder)
@@ -245,7 +248,11 @@ def _read_image(
 
 
 def _map_moved_folder(absolute: str, folder: Path, moved_folders: Sequence[Sequence[str]]) -> str:
-    """Return the path of a file on this machine, if it lies in one of the moved folders."""
+    """Return where the file `absolute` lies on this machine.
+
+    `moved_folders` holds pairs of an old folder and its present one. A path in no old folder is
+    returned unchanged.
+    """
     for old_folder, new_folder in moved_folders:
         old_path = absolute_path(old_folder, folder)
         if Path(old_path) in Path(absolute).parents:

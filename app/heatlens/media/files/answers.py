@@ -76,7 +76,7 @@ class _Unpacker(pickle.Unpickler):
 
 
 def pack_answer(answer: object) -> bytes:
-    """Return `answer` as bytes."""
+    """Return `answer` as bytes, for `unpack_answer`."""
     return pickle.dumps(answer, protocol=pickle.HIGHEST_PROTOCOL)
 
 

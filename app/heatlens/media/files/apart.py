@@ -164,7 +164,7 @@ def _environment() -> dict[str, str]:
 
 
 def _call_by_name(module: str, function_name: str, file_name: str) -> object:
-    """Return the result of the function, or the HeatlensError that it raises or that reports it."""
+    """Return the result of the function, or the HeatlensError that describes its failure."""
     try:
         return getattr(importlib.import_module(module), function_name)(
             pickle.load(sys.stdin.buffer)

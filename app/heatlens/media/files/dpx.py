@@ -64,7 +64,7 @@ def dpx_marks(path: Path) -> dict[str, str]:
 
 
 def is_whole_dpx(file: BinaryIO, size: int) -> bool:
-    """Return True if the file is as long as its header says."""
+    """Return True if the file is as long as its header says; `size` is its length in bytes."""
     header = file.read(_HEADER_BYTES)
     (length,) = struct.unpack_from(f"{_ORDERS[header[:4]]}I", header, _FILE_SIZE)
     return bool(length == size)

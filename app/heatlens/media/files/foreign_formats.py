@@ -27,9 +27,9 @@ _WORDS = {
 
 
 def foreign_words(path: Path) -> str:
-    """Return words for a file of a kind that heatlens cannot read; "" for any other file.
+    """Return a phrase on a file of a kind that heatlens cannot read; "" for any other file.
 
-    They say what the file is, and which kinds heatlens reads instead.
+    It says what the file is, and which kinds heatlens reads instead.
     """
     words = _WORDS.get(path.suffix.lower(), "")
     return words.format(suffixes=", ".join(suffixes_read()))

@@ -22,7 +22,7 @@ from heatlens.core.model.lens.opening_image import OpeningImage
 T = TypeVar("T")
 
 _DIGEST_BYTES = 16
-_WHOLE_MOST = 2**53  # integral floats below this are exact, and are written without ".0"
+_WHOLE_MOST = 2**53  # whole floats below this are exact, and are written without ".0"
 
 
 def record_to_json(record: Any) -> dict[str, object]:
@@ -61,7 +61,7 @@ def to_json(value: object) -> object:
 
 
 def digest(facts: Mapping[str, object]) -> str:
-    """Return 32 hexadecimal digits that are equal for equal facts; facts must fit into JSON."""
+    """Return 32 hexadecimal digits that identify the facts, which must fit into JSON."""
     text = json.dumps(facts, sort_keys=True)
     return hashlib.blake2b(text.encode(), digest_size=_DIGEST_BYTES).hexdigest()
 
@@ -99,7 +99,7 @@ class JsonEntry:
     def members(
         self, known_names: Collection[str], required_names: Iterable[str] = ()
     ) -> dict[str, "JsonEntry"]:
-        """Return the entries of an object by name.
+        """Return the entries of this object by name.
 
         All must be among `known_names`, and none of `required_names` may be missing.
         """
@@ -123,7 +123,7 @@ class JsonEntry:
         }
 
     def items(self) -> list["JsonEntry"]:
-        """Return the items of a list."""
+        """Return the items of this list."""
         if not isinstance(self.value, list):
             self.refuse(f"{_short_json(self.value)} should be a list in brackets")
         return [
@@ -147,7 +147,7 @@ class JsonEntry:
             self.refuse(str(error))
 
     def convert(self, field_type: Any) -> Any:
-        """Return the value converted to `field_type`, the type hint of a field."""
+        """Return the value as a `field_type`, which is the type hint of a dataclass field."""
         if NoneType in get_args(field_type):
             (field_type,) = (kind for kind in get_args(field_type) if kind is not NoneType)
             return None if self.value is None else self.convert(field_type)
@@ -167,12 +167,12 @@ class JsonEntry:
         return readers[field_type]()
 
     def mapping_of(self, hint: Any) -> dict[str, Any]:
-        """Return an object as a mapping to values of one type; its entries may have any name."""
+        """Return this object as a mapping with values of the type `hint`; names are arbitrary."""
         names = self.value if isinstance(self.value, dict) else ()
         return {name: entry.convert(hint) for name, entry in self.members(names).items()}
 
     def tuple_of(self, hints: tuple[Any, ...]) -> tuple[object, ...]:
-        """Return a list as a tuple with these types; `...` at the end allows any length."""
+        """Return this list as a tuple of these types; `...` at the end allows any length."""
         items = self.items()
         if hints[-1] is Ellipsis:
             hints = (hints[0],) * len(items)
@@ -181,7 +181,7 @@ class JsonEntry:
         return tuple(item.convert(hint) for item, hint in zip(items, hints, strict=True))
 
     def number(self) -> float:
-        """Return a finite number, or infinity for "inf"."""
+        """Return the value as a finite number, or infinity for "inf"."""
         if self.value == "inf":
             return math.inf
         if isinstance(self.value, bool) or not isinstance(self.value, int | float):
@@ -191,26 +191,26 @@ class JsonEntry:
         return float(self.value)
 
     def integer(self) -> int:
-        """Return an integer."""
+        """Return the value as an integer."""
         number = self.number()
         if not number.is_integer():
             self.refuse(f"{_short_json(self.value)} should be a whole number")
         return int(number)
 
     def flag(self) -> bool:
-        """Return true or false."""
+        """Return the value as True or False."""
         if not isinstance(self.value, bool):
             self.refuse(f"{_short_json(self.value)} should be true or false")
         return self.value
 
     def text(self) -> str:
-        """Return a text."""
+        """Return the value as a text."""
         if not isinstance(self.value, str):
             self.refuse(f"{_short_json(self.value)} should be a text in quotation marks")
         return self.value
 
     def choice(self, choices: Collection[str]) -> str:
-        """Return one of these words."""
+        """Return the value, which must be one of `choices`."""
         if not isinstance(self.value, str) or self.value not in choices:
             self.refuse(f"{_short_json(self.value)} should be one of {', '.join(choices)}")
         return self.value

@@ -13,7 +13,7 @@ import signal
 from pathlib import Path
 
 SECONDS, GIGABYTES = "HEATLENS_READING_SECONDS", "HEATLENS_READING_GIGABYTES"
-# OpenUSD itself takes nearly a gigabyte.
+# The default limits; OpenUSD itself takes nearly a gigabyte.
 SECONDS_MOST, GIGABYTES_MOST = 10.0, 3.0
 SECONDS_A_MEGABYTE = 10.0  # valid files of many small objects take one or two
 _ELAPSED_FACTOR = 30.0  # elapsed time may be this many times the processor time, on a busy machine
@@ -74,7 +74,7 @@ def _bound_time() -> None:
 
 
 def _lower_limit(kind: int, limit: int) -> None:
-    """Set a resource limit, unless the user's own is lower."""
+    """Set a soft resource limit, but never above the hard limit of this process."""
     import resource
 
     _, hard = resource.getrlimit(kind)

@@ -17,7 +17,7 @@ _MARKS = (JOB_ATTRIBUTE, BLURRED_ATTRIBUTE)
 
 
 def blurred_mark(is_blurred: bool) -> dict[str, str]:
-    """Return the mark of a picture that went through a lens, or of one that did not."""
+    """Return the mark that says whether a picture went through a lens."""
     return {BLURRED_ATTRIBUTE: YES if is_blurred else _NO}
 
 

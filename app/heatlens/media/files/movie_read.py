@@ -24,18 +24,18 @@ from heatlens.media.files.opened_by_ending import open_movie
 if TYPE_CHECKING:
     from av import VideoCodecContext, VideoFrame, VideoStream
 
-_OPEN_MOST = 4  # movies that stay open: a colour, its depth and two to compare with
+_OPEN_MOST = 4  # movies that stay open: a color, its depth and two to compare with
 _CACHED_FRAMES_MOST = 4  # decoded frames of each, because threads ask for frames in any order
 _DECODE_AHEAD_MOST = 12  # frames ahead up to which decoding on is preferred to a seek
-_SEEK_BACK_STEP = 8  # frames by which a seek goes further back if its first frame comes too late
-_SAME_STEP = 1.5  # steps between frames that differ by more belong to a variable rate
+_SEEK_BACK_STEP = 8  # least number of frames to seek further back if the first frame is too late
+_SAME_STEP = 1.5  # largest ratio of the steps between frames at an even rate
 _WHITE, _FULL_RANGE_WHITE = (
     float(255 << 8),
     float(0xFFFF),
 )  # values that FFmpeg gives white in 16 bits
 _HD, _SD = 1, 5  # FFmpeg's numbers for the matrices of Rec.709 and Rec.601
-_MATRICES = {1: 1, 4: 4, 5: 5, 6: 5, 7: 7, 9: 9}  # H.273 to FFmpeg's, of those that it converts
-_SMALL_HEIGHT_PX = 576  # up to this height, colours without a tag are those of SD
+_MATRICES = {1: 1, 4: 4, 5: 5, 6: 5, 7: 7, 9: 9}  # by H.273: FFmpeg's number, if it converts it
+_SMALL_HEIGHT_PX = 576  # up to this height, colors without a tag are those of SD
 _MAX_SIDE_PX = 1 << 14
 _WITH_ALPHA = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 
@@ -47,7 +47,7 @@ def av() -> ModuleType:
 
 @dataclass(frozen=True, eq=False)
 class MovieFrame:
-    """The stored values of a frame, upright, and the tags of its colours as numbers of H.273.
+    """The stored values of a frame, upright, and the tags of its colors as numbers of H.273.
 
     values  (H, W, C): RGB, or RGBA with straight alpha
     white   the value of white
@@ -178,7 +178,7 @@ class Movie:
             )
 
     def _decode(self, number: int) -> "VideoFrame":
-        """Return the decoded frame, and keep it with those that come before it."""
+        """Return the decoded frame, and cache it with the frames that were decoded before it."""
         if self._next_number is None or not 0 <= number - self._next_number <= _DECODE_AHEAD_MOST:
             self._seek(number)
         for frame in self._frames:
@@ -221,6 +221,7 @@ class Movie:
             yield from decoder.decode(packet)
 
     def _check_size(self, frame: "VideoFrame", number: int) -> None:
+        """Raise InputError for a frame of another size than the movie."""
         width, height = self.size
         if (frame.width, frame.height) != self.size:
             raise InputError(
@@ -258,6 +259,7 @@ def _decoder_of_alpha(library: ModuleType, stream: "VideoStream") -> "VideoCodec
 def _prepend_frame(
     first: "VideoFrame", later_frames: Iterator["VideoFrame"]
 ) -> Iterator["VideoFrame"]:
+    """Yield `first`, then the later frames."""
     yield first
     yield from later_frames
 

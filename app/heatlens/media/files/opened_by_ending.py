@@ -31,7 +31,7 @@ _OTHER_SIGNATURES = {
     b"%PDF": ("PDF", ""),
     b"GIF8": ("GIF", ""),
 }
-_DEMUXERS = {".mxf": "mxf", ".webm": "matroska", ".mkv": "matroska"}  # of others it is mov
+_DEMUXERS = {".mxf": "mxf", ".webm": "matroska", ".mkv": "matroska"}  # the others are read by mov
 _DEMUXER_OPTIONS = {"protocol_whitelist": "file"}  # no reference in a movie opens anything else
 
 

@@ -48,7 +48,7 @@ def tiff_bytes(values: Stored, marks: Mapping[str, str]) -> bytes:
 def webp_bytes(values: Stored, marks: Mapping[str, str]) -> bytes:
     """Encode whole numbers of 8 bits, with the marks as the description in EXIF.
 
-    The colours of fully transparent pixels are kept: they are light that is added.
+    The colors of fully transparent pixels are kept: they are light that is added.
     """
     tags = Image.Exif()
     if marks:

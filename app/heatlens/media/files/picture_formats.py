@@ -146,7 +146,7 @@ FORMATS = [
 
 
 def format_of(path: str | os.PathLike[str]) -> PictureFormat | None:
-    """Return the format that the ending of a name tells; None for EXR, movies and others."""
+    """Return the format for the ending of a name; None for EXR, movies and others."""
     suffix = Path(path).suffix.lower()
     return next(
         (picture_format for picture_format in FORMATS if suffix in picture_format.suffixes), None
@@ -180,7 +180,7 @@ def suffixes_written() -> tuple[str, ...]:
 
 
 def words_written() -> str:
-    """Return the endings of the pictures for viewing, with what the help says of each."""
+    """Return the endings of the pictures that can be written, each with its note for the help."""
     return ", ".join(
         f"{picture_format.suffixes[0]} ({picture_format.writing.note})"
         for picture_format in FORMATS
@@ -207,7 +207,7 @@ def movie_frame_name(movie: Path, frame: int) -> str:
 
 
 def movie_of_frame(path: Path) -> tuple[Path, int] | None:
-    """Return the file of the movie of which `path` is a frame, and how many frames come before it.
+    """Return the movie file of which `path` is a frame, and the number of frames before it.
 
     The movie itself stands for its first frame. None if `path` is not a movie.
     """

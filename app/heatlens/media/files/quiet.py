@@ -23,7 +23,7 @@ class _Depth(threading.local):
 
 
 class _MutableStdout:
-    """A stream that drops output of threads in a quiet block, and passes on all other output."""
+    """A stdout that drops output of threads in a quiet block, and passes on all other output."""
 
     def __init__(self, stream: TextIO | None):
         self.original = stream

@@ -23,8 +23,9 @@ from heatlens.media.files.limits import allow_for
 UsdObject = Any  # a stage, prim, attribute or value: OpenUSD has no types for Python
 Result = TypeVar("Result")
 
-_FILM_MM, _FILM_MOST_MM = (3.0, 100.0), 200.0  # usual widths; no film is wider than the last
-_LENS_MOST_MM = 2000.0
+# Usual widths of film in mm, and a width that no film exceeds.
+_FILM_MM, _FILM_MOST_MM = (3.0, 100.0), 200.0
+_LENS_MOST_MM = 2000.0  # no lens has a longer focal length
 # Errors about a C++ type that Python does not know: only the content of a file can cause them.
 _STRANGE_VALUE = re.compile(r"C\+\+ (type|object)|to_python")
 
@@ -141,7 +142,7 @@ def lens_unit_mm(meters_per_unit: float, focal_length: float, aperture: float) -
 
 
 def lens_unit_note(subject: object, meters_per_unit: float, focal_length: float) -> str:
-    """Return the sentence on a lens whose unit is mm, against USD."""
+    """Return the sentence on a lens whose unit is mm, which differs from USD's rule."""
     usd_length_mm = focal_length * meters_per_unit * 100
     return (
         f"{subject}: the file's lens seems to be in mm, as 3ds Max writes it, and is read so. By "

@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 _JPEG_END = b"\xff\xd9"
 _BYTES_OF_TIFF = (0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8)  # bytes of a value, by type number
-_STRIP_OFFSETS, _STRIP_LENGTHS = 273, 279
+_STRIP_OFFSETS, _STRIP_LENGTHS = 273, 279  # tags of TIFF
 
 
 def is_complete_png(file: BinaryIO, size: int) -> bool:

@@ -25,12 +25,12 @@ from heatlens.media.sequence.sequence import Sequence, rescan, stamp_of
 
 __all__ = ["Damaged", "Direction", "FrameCache", "FrameState", "plate_bytes"]
 
-# absent: only on disk; queued: to be read, but not begun; missing: has no file.
+# absent: on disk only; queued: to be read, but not yet begun; missing: the frame has no file.
 FrameState = Literal["absent", "queued", "reading", "ready", "damaged", "missing"]
 
 
 class FrameCache(Closing):
-    """Plates of `sequence`, made by `read`, within `budget_bytes` of colour and depth.
+    """Plates of `sequence`, made by `read`, within `budget_bytes` of color and depth.
 
     `set_playhead` chooses the frames to read; `get` returns at once with whatever is in memory.
     `read` runs on up to `workers` threads at a time; the memory it needs while working is not
@@ -180,18 +180,21 @@ class FrameCache(Closing):
             raise failure.with_traceback(trace)  # a kept traceback would grow with each call
 
     def _is_unread(self, frame: int) -> bool:
-        """Return True for a file that is neither held nor being read; the lock is held."""
+        """Return True for a frame with a file that is neither in memory nor being read.
+
+        The caller holds the lock.
+        """
         is_known = frame in self._shelf.cached or frame in self._shelf.reserved
         return not is_known and self._sequence.has_file(frame)
 
     def _is_coming(self, frame: int) -> bool:
-        """Return True while waiting for `frame` makes sense; the lock is held."""
+        """Return True while waiting for `frame` makes sense; the caller holds the lock."""
         if self._is_closed or self._failure or self._order.playhead != frame:
             return False
         return frame in self._shelf.reserved or self._is_unread(frame)
 
     def _begin_reads(self) -> None:
-        """Start reading the most wanted frames that fit into memory; the lock is held."""
+        """Start reading the most wanted frames that fit into memory; the caller holds the lock."""
         if self._is_closed or self._failure:
             return
         for frame in filter(self._is_unread, self._order.frames_to_read()):
@@ -264,7 +267,7 @@ class FrameCache(Closing):
                 self._on_ready()
 
     def _apply_scan(self, sequence: Sequence, changed_frames: tuple[int, ...]) -> None:
-        """Use `sequence` from now on, and drop the changed frames; the lock is held."""
+        """Use `sequence` from now on, and drop the changed frames; the caller holds the lock."""
         self._sequence, self._unread_states = sequence, _unread_states(sequence)
         order = self._order
         self._order = PlayOrder.at(sequence.frames, order.playhead, order.direction, order.window)
@@ -286,7 +289,7 @@ class FrameCache(Closing):
 
 
 def _nearest_m(content: Plate | Damaged) -> float:
-    """Return metres to the nearest surface of a plate; infinity without distances or surfaces."""
+    """Return meters to the nearest surface of a plate; infinity without distances or surfaces."""
     if isinstance(content, Damaged) or not content.has_distances:
         return math.inf
     return content.depth.near_m

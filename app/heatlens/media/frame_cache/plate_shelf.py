@@ -14,9 +14,9 @@ Direction = Literal[1, -1]
 
 @dataclass(frozen=True)
 class PlayOrder:
-    """A playhead on sorted `frames` that moves in `direction` and reads `window` frames ahead.
+    """The order of playback: a playhead on sorted `frames`, and `window` frames to read ahead.
 
-    Playback loops, so the first frame follows the last.
+    The playhead moves in `direction`. Playback loops, so the first frame follows the last.
     """
 
     frames: tuple[int, ...]
@@ -69,7 +69,7 @@ class CachedPlate:
 
     @property
     def size_bytes(self) -> int:
-        """Bytes of the colour, the depth and the deep samples; notes are too small to count."""
+        """Bytes of the color, the depth and the deep samples; notes are too small to count."""
         return plate_bytes(self.content) if isinstance(self.content, Plate) else 0
 
 

@@ -28,7 +28,7 @@ def sequence_facts(
 ) -> Facts:
     """Return frames, gaps, sizes, the depths of the shot, and faults of single frames.
 
-    Reads every frame, and calls `report_frame` before each one. Lengths are in metres; values that
+    Reads every frame, and calls `report_frame` before each one. Lengths are in meters; values that
     no frame has are None. A sentence that applies to several frames is returned once. Raises
     InputError if no frame has a thing that the options name.
     """
@@ -67,7 +67,10 @@ def _thing_names(sequence: Sequence, damaged: Collection[int]) -> dict[str, list
 def _neighbour_facts(
     sequence: Sequence, reader: NeighbourReader, damaged: Collection[int]
 ) -> Facts:
-    """Return which neighbours are used, and what they show on average at three frames."""
+    """Return the number and step of the neighbors, and the hidden share that they show.
+
+    The share is the mean of three frames.
+    """
     neighbourhood = reader.neighbourhood
     readable_frames = [frame for frame in sequence.present if frame not in damaged]
     facts: Facts = {
@@ -86,7 +89,7 @@ def _neighbour_facts(
 
 
 class _Survey:
-    """Collects what the frames have in common, and where they differ."""
+    """Collects facts about single frames: which values occur, and in which frames."""
 
     def __init__(self, options: PlateOptions) -> None:
         self._options = options
@@ -148,7 +151,7 @@ class _Survey:
 
 
 def _mean_words(reports: list[BehindReport]) -> str:
-    """Return words on the pixels that a picture behind adds, averaged over its frames."""
+    """Return a phrase on the pixels that a picture behind adds, averaged over its frames."""
     count = len(reports)
     hidden = sum(report.hidden_part for report in reports) / count
     share = sum(report.seen_part for report in reports) / count
@@ -156,5 +159,5 @@ def _mean_words(reports: list[BehindReport]) -> str:
 
 
 def _frames_by_value(frames_of: dict[str, list[int]]) -> dict[str, str]:
-    """Return each name with its frames as text."""
+    """Return the frames of each value as text, by the value."""
     return {name: frames_text(tuple(frames)) for name, frames in frames_of.items()}

@@ -1,6 +1,6 @@
 """Read all frames of a sequence in the same way as its first frame.
 
-The plates may get the hidden surfaces that neighbouring frames show.
+The plates may get the hidden surfaces that neighboring frames show.
 """
 
 import threading
@@ -33,7 +33,7 @@ from heatlens.media.sequence.sequence import Sequence, Stamp, stamp_of
 
 
 class SequenceReader:
-    """Reads plates; if their depth convention is unknown, it is guessed once for all frames.
+    """Reads plates; an unknown depth convention is guessed once for all frames.
 
     A guess depends on the values of a frame, and a sequence must not change its convention from one
     frame to the next. The frame at `deciding_path` decides; if it is None or cannot be read, the
@@ -69,7 +69,7 @@ class SequenceReader:
         return plate.count_bins()
 
     def _fix_conventions(self, plate: Plate) -> None:
-        """Read all later plates with the conventions of this one."""
+        """Make all later plates be read with the conventions of this one."""
         self._options = fix_conventions(self._options, plate)
 
 
@@ -95,7 +95,7 @@ class Neighbourhood:
 
     count    frames on either side; 0 where none are used
     step     distance between two of them, in frames
-    cameras  matrices from world to camera by frame; empty for a camera that stands still
+    cameras  world-to-camera matrices by frame; empty for a camera that stands still
     words    a sentence: which frames are used, or why none are
     """
 
@@ -105,7 +105,7 @@ class Neighbourhood:
     words: str = _NOT_USED
 
     def neighbours_of(self, frame: int, present: tuple[int, ...]) -> tuple[int, ...]:
-        """Return the neighbours of `frame` that are used."""
+        """Return the neighbors of `frame` that are used."""
         candidates = self.cameras or present
         if not self.count or frame not in candidates:
             return ()
@@ -131,13 +131,13 @@ class NeighbourReader:
         return self.add_hidden_surfaces(self.read_alone(path)).plate
 
     def read_alone(self, path: Path) -> Plate:
-        """Read the plate at `path` without its neighbours."""
+        """Read the plate at `path` without its neighbors."""
         return self._plate_cache(path) if self.neighbourhood.count else self._read(path)
 
     def add_hidden_surfaces(self, plate: Plate) -> NeighbourResult:
         """Add hidden surfaces to a plate that was read alone, and report which frames showed them.
 
-        A neighbour that cannot be read is named and left out.
+        A neighbor that cannot be read is named and left out.
         """
         path, frames = plate.path, self._neighbour_frames(plate.path)
         view = None if not frames else self._view(self._frame_number(path), plate)
@@ -159,7 +159,7 @@ class NeighbourReader:
         return replace(result, plate=with_notes.count_bins(), left_out=left_out)
 
     def files_of(self, path: Path) -> tuple[Path, ...]:
-        """Return the files of the neighbours that the plate at `path` is made with."""
+        """Return the files of the neighbors that the plate at `path` is made with."""
         return tuple(self._sequence.path_at(frame) for frame in self._neighbour_frames(path))
 
     @property
@@ -170,7 +170,7 @@ class NeighbourReader:
 
     @cached_property
     def _neighbourhood(self) -> Neighbourhood:
-        """The neighbours to use by the options, the headers and a plate or two."""
+        """The neighbors to use; the options, the headers and a plate or two decide."""
         requested_count, present = self._options.neighbours, self._sequence.present
         if requested_count == 0 or len(present) < 2 or not self._sequence.form.padding:
             return Neighbourhood()
@@ -194,7 +194,7 @@ class NeighbourReader:
         return Neighbourhood(count, step, cameras, words)
 
     def _obstacle(self, plate: Plate, cameras: dict[int, FloatMatrix]) -> str:
-        """Return why no neighbours can be used, as a sentence; "" if they can."""
+        """Return a sentence on why no neighbors can be used; "" if they can."""
         if not plate.has_distances:
             return "The plates hold circles of confusion."
         if cameras:
@@ -228,12 +228,13 @@ class NeighbourReader:
         return cameras
 
     def _frame_number(self, path: Path) -> int:
+        """Return the frame of the sequence whose file is `path`; there must be one."""
         frame = self._sequence.frame_at(path)
-        assert frame is not None  # `_neighbour_frames` found neighbours
+        assert frame is not None  # `_neighbour_frames` found neighbors
         return frame
 
     def _neighbour_frames(self, path: Path) -> tuple[int, ...]:
-        """Return the neighbours that are used for the plate at `path`."""
+        """Return the neighbors that are used for the plate at `path`."""
         frame = self._sequence.frame_at(path)
         return (
             () if frame is None else self.neighbourhood.neighbours_of(frame, self._sequence.present)

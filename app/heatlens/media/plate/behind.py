@@ -36,7 +36,7 @@ def layer_options(options: PlateOptions, layer: str) -> PlateOptions:
 
 
 def file_options(options: PlateOptions, number: int) -> PlateOptions:
-    """Return the options for reading file `number` behind the plate.
+    """Return the options for reading file `number` of those behind the plate.
 
     Its channels are found by their names.
     """
@@ -81,7 +81,7 @@ def behind_paths(path: Path, options: PlateOptions) -> tuple[Path, ...]:
 
 
 def with_behind(plate: Plate, behind: Sequence[Plate], names: Sequence[str] = ()) -> Plate:
-    """Return the plate with the surfaces of other plates behind it, or in front of it.
+    """Return the plate combined with the surfaces of other plates behind it, or in front of it.
 
     `names` are used in the reports; the default is the path of each plate. Each pixel is sorted by
     depth. Data windows may differ; pixels outside the plate's own data window are left out. Raises
@@ -107,9 +107,10 @@ def with_behind(plate: Plate, behind: Sequence[Plate], names: Sequence[str] = ()
 
 
 def _drop_shared_surfaces(behind_surface: Surface, front: Surface) -> Surface:
-    """Return `other` without the pixels in which it shows the same surface as the plate.
+    """Return `behind_surface` without the pixels that show the same surface as the plate.
 
-    A clean plate has the same distances beside the actor, but never exactly the same colours.
+    Such pixels become transparent. A clean plate has the same distances as the plate beside the
+    actor, but never exactly the same colors.
     """
     with np.errstate(invalid="ignore"):  # infinity minus infinity where both show the sky
         is_close = np.abs(behind_surface.depth_m - front.depth_m) <= SAME_DEPTH * front.depth_m
@@ -140,7 +141,10 @@ def _measure_coverage(
     front: Surface,
     nearest_m: FloatImage,
 ) -> BehindReport:
-    """Report the shares of the pixels that `added` covers behind the plate and in front of it."""
+    """Return the shares of the pixels that `added` covers behind the plate and in front of it.
+
+    `nearest_m` (H, W) is the depth of the nearest of all surfaces.
+    """
     is_hidden = _mask_covered(added) & (farthest_m(added) > (1 + SAME_DEPTH) * nearest_m)
     is_seen = _mask_in_front(added, front)
     return BehindReport(name, float(is_hidden.mean()), float(is_seen.mean()), convention)
@@ -189,7 +193,7 @@ def _replace_picture(plate: Plate, stack: Stacked, reports: tuple[BehindReport, 
 
 
 def _require_depth_m(plate: Plate) -> FloatImage:
-    """Return the depth of a plate in metres. Raises InputError if it has circles of confusion."""
+    """Return the depth of a plate in meters. Raises InputError if it has circles of confusion."""
     if plate.depth_m is None:
         raise InputError(
             f"{plate.path} holds circles of confusion and no distances, so it cannot be sorted "
@@ -199,7 +203,7 @@ def _require_depth_m(plate: Plate) -> FloatImage:
 
 
 def _surface_over(plate: Plate, window: Box) -> Surface:
-    """Return the plate's pixels over `window`; their coverage is 0 where the plate has none."""
+    """Return the plate's pixels over `window`; coverage is 0 outside the plate's data window."""
     depth_m, lists = _require_depth_m(plate), plate.fragments
     if plate.data_window == window:
         return Surface(plate.color, depth_m, lists)

@@ -1,4 +1,7 @@
-"""How far and how blurred each pixel of a plate is, and the focus with which one is sharp."""
+"""Compute the depth and the blur of pixels of a plate, and the focus that makes one sharp.
+
+The blur is the diameter of the circle of confusion (CoC), which is linear in dioptres: a CoC line.
+"""
 
 import math
 from dataclasses import dataclass, replace
@@ -11,7 +14,7 @@ from heatlens.core.model.focus.coc import CocLine, FocusOffset, coc_line, coc_px
 from heatlens.core.model.lens.lens import Lens
 from heatlens.media.plate.plate import FloatImage, Plate
 
-_AT_INFINITY = 1e-4  # dioptres
+_AT_INFINITY = 1e-4  # dioptres at or below which the focus is at infinity
 _RADIUS_PX = 2  # take the median of 5 x 5 pixels, so that a noisy pixel does not matter
 _REACH = (2, 96)  # px: a smaller blur radius hides nothing; a larger one is searched up to here
 _DEPTH_RATIO = 1.05  # ratio of depths from which one thing lies in front of another
@@ -30,7 +33,10 @@ def line_of(plate: Plate, lens: Lens) -> CocLine:
 
 
 def focus_offset_in(plate: Plate, lens: Lens) -> FocusOffset:
-    """Return the tilt of the focus plane, in pixels from the corner of the data window."""
+    """Return the tilt of the focus plane of a lens, as an offset of the focus at each pixel.
+
+    Pixels count from the corner of the data window.
+    """
     display, data = plate.display_window, plate.data_window
     tilt = focus_offset_of(lens, (display.width, display.height), plate.pixel_aspect_ratio)
     return tilt.moved((display.x0 - data.x0, display.y0 - data.y0))
@@ -141,7 +147,10 @@ def surfaces_at(plate: Plate, lens: Lens, x: int, y: int) -> tuple[Surface, ...]
 def _find_blurring_surface(
     plate: Plate, lens: Lens, pixel_surface: Surface
 ) -> tuple[Surface, float] | None:
-    """Return the nearer thing that blurs over a pixel, and its share of the light there."""
+    """Return the nearer thing whose blur covers a pixel, and its share of the light there.
+
+    The share is 0 to 1. Returns None if no nearer thing reaches `_LEAST_SHARE`.
+    """
     line = line_of(plate, lens)
     largest_radius = (
         abs(float(coc_px(plate.depth.near_m, line))) / 2 if plate.depth.near_m > 0 else 0.0
@@ -162,11 +171,13 @@ def _find_blurring_surface(
         & (radius >= _REACH[0])
         & (radius >= distance_px)
     )
+    # A disc spreads the light of its pixel evenly over its area, pi radius^2.
     share = float((1.0 / (np.pi * radius[is_covering] ** 2)).sum())
     if share < _LEAST_SHARE:
         return None
     median_m = float(np.median(depth_m[is_covering]))
     is_like = np.maximum(depth_m / median_m, median_m / depth_m) < _DEPTH_RATIO
+    # Take a pixel whose 5 x 5 neighbors are mostly of the same thing, if there is one within reach.
     inside = np.lib.stride_tricks.sliding_window_view(np.pad(is_like, 2), (5, 5)).sum((2, 3))
     nearest = np.argmin(
         np.where(is_like, distance_px - np.where(inside > 12, 2.0 * reach, 0.0), np.inf)

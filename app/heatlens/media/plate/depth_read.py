@@ -1,4 +1,4 @@
-"""Read the depth that belongs to a colour layer: planar, over the data window of the colour."""
+"""Read the depth that belongs to a color layer: planar, over the data window of the color."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -41,9 +41,9 @@ _SAME_ASPECT = 0.02  # rounding of the sizes may change the aspect ratio by this
 def read_depth_of(
     path: Path, parts: Sequence[Part], color: ColorChoice | None, options: PlateOptions
 ) -> DepthResult:
-    """Read the depth that belongs to `color`, planar, over the colour's data window.
+    """Read the depth that belongs to `color`, planar, over the color's data window.
 
-    Without a colour, the depth covers its own data window. If `options` name a depth file, it is
+    Without a color, the depth covers its own data window. If `options` name a depth file, it is
     read from there. Raises InputError that names the file, the channel and the option that helps.
     """
     headers = [header for header, _ in parts]
@@ -88,7 +88,7 @@ def _find_depth_source(
     camera_headers: Sequence[Header],
     choose_channel: Callable[[], ChannelRef],
 ) -> _DepthSource:
-    """Find the depth channel, or compute a depth from positions.
+    """Find the depth channel, or compute a depth from a layer of positions.
 
     Positions are used if there is no depth channel, or if the options name them.
     """
@@ -114,7 +114,7 @@ def _choose_in_depth_file(
 ) -> ChannelRef:
     """Find the depth channel of a separate depth file; its only channel may have any name.
 
-    The red channel is used where the depth was written as grey in R, G and B. Raises InputError if
+    The red channel is used where the depth was written as gray in R, G and B. Raises InputError if
     several channels could be the depth.
     """
     is_coc = options.depth_convention.facts.is_coc
@@ -128,7 +128,7 @@ def _choose_in_depth_file(
 
 
 def _only_channel(headers: Sequence[Header], view: str) -> ChannelRef | None:
-    """Return the only channel of a view besides alpha, or the red one of three that are grey."""
+    """Return the only channel of a view besides alpha, or the red one of three that are gray."""
     view_channels = [ref for ref in flat_channels(headers) if not view or ref.view in ("", view)]
     value_channels = [ref for ref in view_channels if ref.leaf.lower() not in ("a", "alpha")]
     if len(value_channels) == 1:
@@ -147,7 +147,7 @@ def _read_source(
     camera_headers: Sequence[Header],
     options: PlateOptions,
 ) -> DepthResult:
-    """Read the depth of `source`, planar, over the data window of `target` (None: its own)."""
+    """Return the depth of `source`, planar, over the data window of `target` (None: its own)."""
     ref, values = source.ref, source.values
     headers = [header for header, _ in parts]
     header = headers[ref.part]
@@ -163,6 +163,7 @@ def _read_source(
         what = f"{path}: the depth"
     kind, kind_notes = _likely_kind(ref, what, options)
     origin = DepthOrigin(writing_program(headers), kind, facts)
+    # A depth computed from positions is a planar distance already.
     if source.why:
         options = replace(
             options, depth_convention=DepthConvention.DISTANCE, depth_kind=DepthKind.PLANAR
@@ -182,7 +183,7 @@ def _read_source(
 def _resize_to_color(
     path: Path, values: FloatImage, depth_header: Header, target: Header
 ) -> tuple[FloatImage, Header, tuple[str, ...]]:
-    """Resize the depth of a full frame to the size of the colour; return others unchanged.
+    """Resize the depth of a full frame to the size of the color; return other depths unchanged.
 
     Returns the values, their header and notes. Only a depth without overscan and with the same
     aspect ratio is resized.
@@ -214,7 +215,10 @@ def _resize_to_color(
 def _likely_kind(
     ref: ChannelRef, what: str, options: PlateOptions
 ) -> tuple[DepthKind, tuple[str, ...]]:
-    """Return the kind of depth that the channel's name suggests, with a note if it is radial."""
+    """Return the kind of depth that the channel's name suggests, with a note if it is radial.
+
+    The name decides nothing if the options state the kind.
+    """
     if ref.leaf.lower() != _MITSUBA_RAY_LEAF or options.depth_kind is not DepthKind.AUTO:
         return DepthKind.PLANAR, ()
     note = (
@@ -261,7 +265,7 @@ def _convert_to_planar(
 def _move_to_color_window(
     path: Path, result: DepthResult, depth_header: Header, target: Header
 ) -> DepthResult:
-    """Return `result` over the data window of the colour, infinite where it has no depth."""
+    """Return `result` over the data window of the color, infinite where it has no depth."""
     source = read_header_window(depth_header, "dataWindow")
     window = read_header_window(target, "dataWindow")
     if source == window:
@@ -279,7 +283,7 @@ def _move_to_color_window(
 
 
 def _replace_values(result: DepthResult, values: FloatImage) -> DepthResult:
-    """Return `result` with other values, and with a report of the range of these."""
+    """Return `result` with other values, and with their range in its report."""
     if result.report.convention.facts.is_coc:
         return replace(result, values=values)
     infinite_count = int(np.count_nonzero(np.isinf(values)))
@@ -296,10 +300,10 @@ def planar_depth_m(
     focal_length_mm: float,
     sensor_width_mm: float,
 ) -> FloatImage:
-    """Convert distances along the rays to planar metres (H, W) over `data_window`.
+    """Convert distances along the rays to planar meters (H, W) over `data_window`.
 
-    z = r / sqrt(1 + (x/f)^2 + (y/f)^2), with x and y the pixel's centre on the sensor, measured
-    from the centre of the display window, whose width is the sensor's. Infinity stays infinity.
+    z = r / sqrt(1 + (x/f)^2 + (y/f)^2), with x and y the pixel's center on the sensor, measured
+    from the center of the display window, whose width is the sensor's. Infinity stays infinity.
     """
     pitch_x = sensor_width_mm / display_window.width / focal_length_mm
     pitch_y = pitch_x / pixel_aspect_ratio

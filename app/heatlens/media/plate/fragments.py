@@ -16,10 +16,10 @@ _HALF_MAX = 65504.0
 class FragmentLists:
     """The known surfaces along the rays of a plate's pixels, packed as the shaders read them.
 
-    starts       (H * W + 1,) uint32: twice the number of the pixel's first fragment, plus 1
-                 if its list begins with the visible surface instead of the one behind it
+    starts       (H * W + 1,) uint32: twice the index of the pixel's first fragment in `words`, plus
+                 1 if its list begins with the visible surface instead of the one behind it
     words        (N, 3) uint32: red and green, blue and coverage as pairs of halfs, and the dioptres
-                 as a float32; colours are not multiplied by the coverage
+                 as a float32; colors are not multiplied by the coverage
     is_measured  whether the coverage of everything in front was measured, by samples or by alpha;
                  then it need not be guessed at the silhouettes of the flat picture
     """
@@ -40,12 +40,12 @@ class FragmentLists:
 
     @property
     def color(self) -> NDArray[np.float16]:
-        """(N, 3), not multiplied by the coverage."""
+        """The colors (N, 3), not multiplied by the coverage."""
         return self._halves[:, :3]
 
     @property
     def coverage(self) -> NDArray[np.float16]:
-        """(N,) part of the pixel, 0..1."""
+        """The share (N,) of the pixel that each fragment covers, 0..1."""
         return self._halves[:, 3]
 
     def scale_light(self, scale: float) -> "FragmentLists":
@@ -58,17 +58,20 @@ class FragmentLists:
 
     @property
     def dioptres(self) -> NDArray[np.float32]:
-        """(N,) one over the planar distance in metres; 0 where nothing was hit."""
+        """The dioptres (N,): 1 / planar distance in meters, 0 where nothing was hit."""
         return np.ascontiguousarray(self.words[:, 2]).view(np.float32)
 
     @property
     def _halves(self) -> NDArray[np.float16]:
-        """(N, 4) colour and coverage."""
+        """The colors and the coverage, (N, 4)."""
         return np.ascontiguousarray(self.words[:, :2]).view(np.float16)
 
 
 def pack_starts(counts: NDArray[np.int64], has_front: NDArray[np.bool_]) -> NDArray[np.uint32]:
-    """Return `FragmentLists.starts` for the number of fragments of each pixel."""
+    """Return `FragmentLists.starts` from the number of fragments of each pixel.
+
+    `has_front` marks the pixels whose list begins with the visible surface.
+    """
     starts = np.zeros(counts.size + 1, np.uint32)
     starts[1:] = 2 * np.cumsum(counts)
     starts[:-1] += has_front
@@ -76,7 +79,7 @@ def pack_starts(counts: NDArray[np.int64], has_front: NDArray[np.bool_]) -> NDAr
 
 
 def pack_words(rgba: NDArray[np.float32], depth_m: NDArray[np.float32]) -> NDArray[np.uint32]:
-    """Return `FragmentLists.words` for straight colours with coverage, and depths in metres."""
+    """Return `FragmentLists.words` for straight colors with coverage, and depths in meters."""
     words = np.empty((len(depth_m), 3), np.uint32)
     words[:, :2] = np.clip(rgba, -_HALF_MAX, _HALF_MAX).astype(np.float16).view(np.uint32)
     words[:, 2] = (np.float32(1.0) / depth_m).view(np.uint32)

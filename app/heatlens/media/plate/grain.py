@@ -9,16 +9,17 @@ from numpy.typing import NDArray
 from heatlens.core.model.shot.plate_options import SPIKE_FROM, SPIKE_WHOLE
 from heatlens.media.plate.plate import FloatImage
 
-# Relative noise in the evenest parts of a plate, from which grain shows as discs. Clean plates of
-# wires, leaves and patterns were measured at up to 0.013, path-traced ones of 24 samples at 0.16.
+# Noise relative to the light, in the evenest parts of a plate, from which grain shows as discs.
+# Clean plates of wires, leaves and patterns were measured at up to 0.013, path-traced ones of 24
+# samples at 0.16.
 NOISE_DOUBTFUL = 0.05
 DESPIKE_HELPS = "; --despike removes single pixels that are far too bright"
 _BLOCK = 8  # side of the blocks in which noise is measured, pixels
 _BLOCKS_LEAST = 50
 _EVENEST = 5  # per cent of the blocks that count as the evenest
 _DARK = 0.1  # share of the mean light, clipped at 1: darker blocks are left out
-_MAD_TO_SIGMA = 1.4826
-_ISOLATION = 0.01  # relative distance to all neighbours from which a pixel is an object of its own
+_MAD_TO_SIGMA = 1.4826  # from the median absolute deviation to the deviation of normal noise
+_ISOLATION = 0.01  # relative distance to all neighbors from which a pixel is an object of its own
 _NARROW = 3  # a lamp stands on a thing up to so many pixels wide, such as a pole
 _NEIGHBOURS = [(y, x) for y in range(3) for x in range(3) if (y, x) != (1, 1)]
 
@@ -30,7 +31,7 @@ _NEIGHBOURS = [(y, x) for y in range(3) for x in range(3) if (y, x) != (1, 1)]
 def measure_noise(color: FloatImage) -> float:
     """Return the relative noise of the evenest parts of a picture (H, W, C); 0 if it is too small.
 
-    Each pixel is compared with its neighbours by a mask that neither ramps nor straight edges move.
+    Each pixel is compared with its neighbors by a mask that is 0 on ramps and on straight edges.
     Source: J. Immerkaer, Fast Noise Variance Estimation, 1996; here with medians, which ignore
     spikes.
     """
@@ -88,9 +89,9 @@ def noise_note(noise: float, what: str, cure: str = "") -> tuple[str, ...]:
 def despike(color: FloatImage, depth: FloatImage) -> int:
     """Replace pixels of `color` (H, W, C) far brighter than all around them, in place; count them.
 
-    The more a pixel outshines the brightest of its eight neighbours, the more it is mixed with
+    The more a pixel outshines the brightest of its eight neighbors, the more it is mixed with
     their median; this gradual change avoids pops between frames. A pixel far from all its
-    neighbours in `depth` (H, W), or on a narrow thing in front of others, is a lamp and stays.
+    neighbors in `depth` (H, W), or on a narrow thing in front of others, is a lamp and stays.
     """
     light = color[..., :3].mean(axis=2)
     brightest = np.maximum(np.max(list(_neighbours(light)), axis=0), 0.0)
@@ -116,13 +117,13 @@ def despike_with_note(color: FloatImage, depth: FloatImage, what: str) -> tuple[
 
 
 def _neighbours(values: FloatImage) -> Iterator[FloatImage]:
-    """Yield the eight neighbours of every pixel; beyond the border the picture is mirrored."""
+    """Yield eight arrays: the neighbors of every pixel; the picture is mirrored at the border."""
     (height, width), padded = values.shape, np.pad(values, 1, mode="reflect")
     return (padded[y : y + height, x : x + width] for y, x in _NEIGHBOURS)
 
 
 def _mask_isolated(depth: FloatImage) -> NDArray[np.bool_]:
-    """Return a mask of the pixels at another depth than each of their neighbours."""
+    """Return a mask of the pixels at another depth than each of their neighbors."""
     is_apart = np.ones(depth.shape, bool)
     with np.errstate(invalid="ignore"):  # infinity minus infinity in the sky
         for neighbour in _neighbours(depth):
@@ -132,7 +133,10 @@ def _mask_isolated(depth: FloatImage) -> NDArray[np.bool_]:
 
 
 def _mask_on_narrow_thing(depth: FloatImage) -> NDArray[np.bool_]:
-    """Return a mask of the pixels on things at most `_NARROW` pixels wide or high."""
+    """Return a mask of the pixels on things at most `_NARROW` pixels wide or high.
+
+    Such a pixel has something farther away on both sides along a row or a column.
+    """
     is_narrow = np.zeros(depth.shape, bool)
     for oriented_depth, oriented_mask in ((depth, is_narrow), (depth.T, is_narrow.T)):
         padded = np.pad(oriented_depth, ((_NARROW, _NARROW), (0, 0)), mode="edge")

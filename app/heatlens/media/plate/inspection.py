@@ -51,12 +51,13 @@ _PIXEL_TYPE_NAMES = {"f2": "half", "f4": "float", "u4": "uint"}
 
 
 def inspect(path: Path, options: PlateOptions) -> Facts:
-    """Return size, parts, camera, colour and depth of the file at `path`.
+    """Return size, parts, camera, color and depth of the file at `path`.
 
-    Lengths are in metres or millimetres as their names say; windows are [x0, y0, x1, y1],
-    half-open. If no colour or no depth can be read, its entry is {"problem": sentence}. Infinity
-    becomes "infinity" and NaN becomes None, because JSON has neither. Raises InputError only if the
-    file itself cannot be read, or no frame has a thing that the options name.
+    Lengths are in meters or millimeters as their names say; windows are [x0, y0, x1, y1], of which
+    x1 and y1 lie just outside. If no color or no depth can be read, its entry is {"problem":
+    sentence}. Infinity becomes "infinity" and NaN becomes None, because JSON has neither. Raises
+    InputError only if the file itself cannot be read, or no frame has a thing that the options
+    name.
     """
     require_things(path, options)
     if is_deep_file(path):
@@ -157,7 +158,7 @@ def _deep_part_facts(path: Path, headers: Sequence[Header]) -> list[Facts]:
 
 
 def _deep_window(path: Path, headers: Sequence[Header], options: PlateOptions) -> Box:
-    """Return the data window in the file; the plate is wider if that does not fill its frame."""
+    """Return the data window in the file, which may be smaller than that of the deep plate."""
     channels = choose_deep_channels(path, headers, options.color_layer, options.eye)
     return read_header_window(headers[channels.part], "dataWindow")
 
@@ -181,7 +182,7 @@ def _behind_reports(plate: Plate) -> list[Facts]:
 
 
 def _primaries_facts(primaries: HeaderPrimaries) -> Facts:
-    """Return the attribute, its value, and the colour space that it names, None if unknown.
+    """Return the attribute, its value, and the color space that it names; None if unknown.
 
     `by_matrix` is True if a matrix from the primaries can convert an unknown space to Rec. 709.
     """
@@ -217,7 +218,7 @@ def _part_facts(header: Header, pixel_types: Mapping[str, str]) -> Facts:
 def _color_facts(
     path: Path, parts: Sequence[Part], options: PlateOptions
 ) -> tuple[ColorChoice | None, Facts]:
-    """Return the chosen colour, and facts such as its range over R, G and B before any repair."""
+    """Return the chosen color, and facts such as its range over R, G and B before any repair."""
     try:
         headers = [header for header, _ in parts]
         choice = choose_color(path, headers, options.color_layer, options.eye)

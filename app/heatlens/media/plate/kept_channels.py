@@ -34,7 +34,7 @@ def read_kept_channels(
 ) -> tuple[dict[str, NDArray[np.generic]], dict[str, Any]]:
     """Return pixels (H, W) by full name over the plate's data window, and attributes they need.
 
-    `requested_names` are names of layers or channels, or "all". The colour is never included,
+    `requested_names` are names of layers or channels, or "all". The color is never included,
     because it is rendered. Raises InputError for a name that the file does not have.
     """
     if not requested_names:

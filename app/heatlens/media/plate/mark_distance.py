@@ -15,9 +15,9 @@ from heatlens.media.plate.plate import Plate
 
 
 def mark_on_plate_m(plate: Plate, mark: Mark) -> float | None:
-    """Return the distance of a mark in metres; None for a thing that is hidden or not in the plate.
+    """Return the distance of a mark in meters; None if the thing is hidden or not in the plate.
 
-    A thing that is found by its matte has the plate's file read again. Raises InputError for a
+    For a thing that is found by its matte, the plate's file is read again. Raises InputError for a
     point outside the picture, for a plate without distances, and where there is no such thing.
     """
     if isinstance(mark, DistanceMark):
@@ -27,12 +27,12 @@ def mark_on_plate_m(plate: Plate, mark: Mark) -> float | None:
 
 
 def point_m(plate: Plate, mark: PointMark) -> float:
-    """Return the distance of the surface at a point."""
+    """Return the depth in meters of the surface at a point of the picture."""
     return depth_at_m(plate, int(mark.x_px), int(mark.y_px))
 
 
 def matte_m(plate: Plate, mark: MatteMark) -> float | None:
-    """Return the distance of a thing; None where it is hidden."""
+    """Return the distance in meters of the thing in a matte; None if it is hidden."""
     return thing_distance_m(plate, mark.matte, mark.part)
 
 
@@ -86,6 +86,7 @@ def make_world_mark(plate: Plate, mark: PointMark, lens: Lens) -> WorldMark:
 
 
 def _no_camera_error(plate: Plate, mark: Mark) -> InputError:
+    """Return the error for a plate without the position of its camera, which a mark needs."""
     return InputError(
         f"{plate.path} does not tell where its camera stands: mark {mark.name} needs the entry "
         "worldToCamera in its header."

@@ -19,9 +19,9 @@ def plate_of_arrays(
 ) -> Plate:
     """Make a plate of `color` (H, W, 3 or 4), premultiplied, and a depth or CoC of shape (H, W).
 
-    Exactly one of `depth_m`, planar metres, and `coc_px`, signed diameters in pixels, is given.
+    Exactly one of `depth_m`, planar meters, and `coc_px`, signed diameters in pixels, is given.
     Raises InputError for other shapes and for sizes beyond the limits, before anything is copied;
-    for colours that are not floating point or not finite, masked and complex values, and depths
+    for colors that are not floating point or not finite, masked and complex values, and depths
     that are not above 0. Infinite depths mean that nothing was hit.
     """
     colors = _convert_to_array("The colours", color)
@@ -64,7 +64,7 @@ def _convert_to_array(what: str, values: ArrayLike | None) -> NDArray[np.generic
 
 
 def _check_colors(colors: NDArray[np.generic]) -> None:
-    """Raise InputError for colours that are not floating point, or have another shape."""
+    """Raise InputError for colors that are not floating point, or have another shape."""
     if colors.dtype.kind in "iub":
         raise InputError(
             f"The colours are whole numbers ({colors.dtype}), so their light is unknown: make "
@@ -85,7 +85,7 @@ def _check_numbers(what: str, values: NDArray[np.generic], kinds: str) -> None:
 
 
 def _convert_to_rgba(colors: NDArray[np.generic]) -> FloatImage:
-    """Return (H, W, 4), opaque where the colours have no alpha."""
+    """Return (H, W, 4), opaque where the colors have no alpha."""
     pixels = _convert_to_float32("The colours", colors)
     if not np.isfinite(pixels).all():
         raise InputError("The colours hold NaN or infinity: set these to 0 first.")

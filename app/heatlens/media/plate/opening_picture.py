@@ -27,7 +27,7 @@ from heatlens.media.plate.header.channels import pixels_of
 from heatlens.media.plate.read import color_file_parts
 
 _RED, _GREEN, _BLUE = 0.2126, 0.7152, 0.0722  # weights of the luminance of Rec. 709
-_COLORED = 0.02  # share of the brightest value: JPEG leaves grey slightly coloured
+_COLORED = 0.02  # share of the brightest value: JPEG leaves gray slightly colored
 _NEAR_AXIS = 0.03  # in radii; a smaller distance from the axis is invisible
 _DIGEST_BYTES = 16
 
@@ -35,7 +35,7 @@ _DIGEST_BYTES = 16
 def read_opening_image(path: str | os.PathLike[str]) -> OpeningImage:
     """Read the light that an opening lets through; `path` becomes absolute.
 
-    The picture is centred in a square and scaled to IMAGE_SIDE cells on a side. Colours count by
+    The picture is centerd in a square and scaled to IMAGE_SIDE cells on a side. Colors count by
     their luminance; transparent pixels are dark. A file that has not changed is not read again.
 
     Raises InputError that names the file if it cannot be read, has pixels that are not finite, or
@@ -59,7 +59,7 @@ def opening_notes(image: OpeningImage, has_blades: bool) -> tuple[str, ...]:
 
 @lru_cache(maxsize=8)
 def _read_cached(path: Path, stamp: tuple[int, int]) -> OpeningImage:
-    """Read a file; `stamp`, its time and size, decides whether a cached image is still valid."""
+    """Read an aperture image; the cache reads it again if `stamp`, its time and size, changes."""
     luminance, notes = _read_luminance(path)
     if not np.isfinite(luminance).all():
         raise InputError(
@@ -79,7 +79,7 @@ def _read_cached(path: Path, stamp: tuple[int, int]) -> OpeningImage:
 
 
 def _off_axis_notes(path: Path, light: NDArray[np.float32]) -> tuple[str, ...]:
-    """Return a note if the light is off-centre about the axis of the lens."""
+    """Return a note if the centroid of the light is off the axis of the lens."""
     inner_light = light_in_circle(light)
     position = (np.arange(IMAGE_SIDE) + 0.5) * 2 / IMAGE_SIDE - 1
     x, y = (
@@ -112,7 +112,7 @@ def _read_luminance(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
 
 
 def _fit_in_square(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the picture centred in a square, averaged into IMAGE_SIDE cells on a side."""
+    """Return the picture centerd in a square, averaged into IMAGE_SIDE cells on a side."""
     height, width = light.shape
     side = max(height, width)
     top, left = (side - height) // 2, (side - width) // 2
@@ -125,7 +125,7 @@ def _fit_in_square(light: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def relative_path(path: str, folder: str | os.PathLike[str]) -> str:
-    """Return the path relative to the folder of a file, or absolute where they share none."""
+    """Return the path relative to `folder`; absolute if the two share only the root of the disk."""
     absolute = os.path.abspath(path)
     try:
         common_folder = os.path.commonpath([absolute, os.path.abspath(folder)])
@@ -137,7 +137,7 @@ def relative_path(path: str, folder: str | os.PathLike[str]) -> str:
 
 
 def absolute_path(path: str, folder: str | os.PathLike[str]) -> str:
-    """Return a path that a file in `folder` names as an absolute one."""
+    """Return the absolute form of a path that a file in `folder` names."""
     return os.path.abspath(os.path.join(folder, path))
 
 

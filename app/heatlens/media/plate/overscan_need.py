@@ -79,7 +79,7 @@ def overscan_px(plate: Plate) -> int:
 
 
 def _widest_radius_px(plate: Plate, lens: Lens) -> float:
-    """Return the radius of the widest disc, which is that of the nearest or the farthest point."""
+    """Return the largest radius in pixels of all discs: of the nearest or the farthest point."""
     line = line_of(plate, lens)
     report = plate.depth
     farthest = math.inf if report.infinite_count else report.far_m
@@ -109,7 +109,7 @@ def overscan_ratio(plate: Plate) -> float:
 
 
 def frame_centre_px(plate: Plate, scale: float = 1.0) -> tuple[float, float]:
-    """Return the centre (x, y) of the frame in pixels from the corner of the data window.
+    """Return the center (x, y) of the frame in pixels from the corner of the data window.
 
     `scale` is the proxy scale by which the result is multiplied.
     """

@@ -46,13 +46,13 @@ class DepthReport:
     near_m: float  # nearest finite depth; infinity if nothing was hit at all, NaN for CoC
     far_m: float  # farthest finite depth; infinity and NaN as for near_m
     infinite_count: int  # pixels where nothing was hit
-    repaired_count: int  # pixels without a valid depth, which took that of a neighbour
+    repaired_count: int  # pixels without a valid depth, which took that of a neighbor
     question: str = ""  # asks the user to choose if another convention fits nearly as well
 
 
 @dataclass(frozen=True)
 class BehindReport:
-    """Report on one picture behind a plate.
+    """A report on one picture behind a plate.
 
     name         the file or pattern as it was given, or a layer of the plate's own file
     hidden_part  share of the plate's pixels in which it lies behind the visible surface, 0..1
@@ -90,7 +90,7 @@ class Pixels(Protocol):
     """The pixels of a plate over its data window, in memory or fetched from the GPU on access.
 
     `color` is (H, W, 4) float32, scene-linear, premultiplied, C-contiguous; alpha is 1 if the file
-    has none. Exactly one of `depth_m` and `coc_px`, both (H, W) float32, is not None: planar metres
+    has none. Exactly one of `depth_m` and `coc_px`, both (H, W) float32, is not None: planar meters
     with +inf where nothing was hit, or signed diameters of the circle of confusion in pixels,
     negative in front of the focus.
     """
@@ -103,10 +103,10 @@ class Pixels(Protocol):
     def coc_px(self) -> FloatImage | None: ...
 
     def color_in(self, area: Box) -> FloatImage:
-        """Return the colours of an area inside the picture; (0, 0) is the first pixel."""
+        """Return the colors of an area inside the picture; (0, 0) is the first pixel."""
 
     def depth_in(self, area: Box) -> FloatImage:
-        """Return the depths in metres of an area inside; the plate must have distances."""
+        """Return the depths in meters of an area inside; the plate must have distances."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,20 +126,20 @@ class ReadPixels:
 
 
 def read_pixels(color: FloatImage, depth: FloatImage, is_coc: bool) -> ReadPixels:
-    """Return pixels in memory; `depth` (H, W) is a circle of confusion if `is_coc`, else metres."""
+    """Return pixels in memory; `depth` (H, W) is a circle of confusion if `is_coc`, else meters."""
     return ReadPixels(color, coc_px=depth) if is_coc else ReadPixels(color, depth)
 
 
 @dataclass(frozen=True, eq=False)
 class Cutout:
-    """A thing that a matte keeps from the blur, and the rest of the picture, which is blurred.
+    """A thing that a matte keeps from the blur, with the rest of the picture, which is blurred.
 
     light   (H, W, 4) light of the thing times its share, also where it continues behind a nearer
             surface
     share   (H, W) part of each pixel that the thing covers, 0..1
     depth   (H, W) depth of the thing, as the plate holds it
     rest    the picture without the thing; what the thing hides is guessed
-    ground  (H, W, 4) colours over which the rest is blurred, which then has alpha; None if the rest
+    ground  (H, W, 4) colors over which the rest is blurred, which then has alpha; None if the rest
             covers all pixels
     """
 
@@ -177,12 +177,12 @@ class Plate:
     missing_count: int = 0  # pixels whose depth a renderer has not sent yet
     # The same plate with a border of pixels from other frames, which blur into the frame.
     with_border: "Plate | None" = None
-    world_to_camera: NDArray[np.float64] | None = None  # 4x4 in metres, if the header has it
+    world_to_camera: NDArray[np.float64] | None = None  # 4x4 in meters, if the header has it
     cutout: Cutout | None = None  # the thing that a matte keeps from the blur
 
     @property
     def color(self) -> FloatImage:
-        """The colours of all pixels, see `Pixels.color`."""
+        """The colors of all pixels, see `Pixels.color`."""
         return self.pixels.color
 
     @property

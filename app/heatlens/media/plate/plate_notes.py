@@ -21,7 +21,7 @@ def depth_note(plate: Plate) -> str:
 def lens_notes(plate: Plate, lens: Lens, scene_unit_m: float, is_strict: bool) -> tuple[str, ...]:
     """Return the effect of breathing, and doubts about this lens for the depths of the plate.
 
-    `scene_unit_m` is the length in metres of the unit with which the depth was read. Raises
+    `scene_unit_m` is the length in meters of the unit with which the depth was read. Raises
     InputError for the first doubt if `is_strict`.
     """
     return (*breathing_notes(lens, plate), *_lens_doubts(plate, lens, scene_unit_m, is_strict))
@@ -30,7 +30,7 @@ def lens_notes(plate: Plate, lens: Lens, scene_unit_m: float, is_strict: bool) -
 def shot_notes(shot: Shot, plate: Plate, without_unit_m: Sequence[float] = ()) -> tuple[str, ...]:
     """Return `lens_notes` for a shot; its lens is in doubt only if it is in doubt at every key.
 
-    Focus distances `without_unit_m` had no unit and are assumed to be metres; they are in doubt if
+    Focus distances `without_unit_m` had no unit and are assumed to be meters; they are in doubt if
     another unit fits the depths.
 
     Raises InputError for the first doubt if the plate options of the shot are strict.

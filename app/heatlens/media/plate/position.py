@@ -24,7 +24,7 @@ _LAYERS = (
 _AXES = (("x", "y", "z"), ("r", "g", "b"), ("red", "green", "blue"))
 _INFINITE_FROM = 1e10
 _SAMPLES = 64  # along each side of the picture
-_HITS_LEAST = 32
+_HITS_LEAST = 32  # fewer samples on surfaces decide nothing
 # Deviation from linear, as a part of the range of x/z and y/z; half floats are no more precise.
 _LINEAR_WITHIN = 2e-3
 
@@ -77,7 +77,7 @@ def depth_of_positions(
 
 
 def _is_position_channel(ref: ChannelRef, view: str) -> bool:
-    """Return True for a channel of this view whose layer is named as one of positions."""
+    """Return True for a channel of `view` whose layer has a usual name for positions."""
     if view and ref.view not in ("", view):
         return False
     word = ref.plain_layer.rpartition(".")[2].lower()
@@ -118,7 +118,10 @@ def _is_pinhole_view(points: Matrix, is_hit: NDArray[np.bool_]) -> bool:
 
 
 def _is_linear(values: Matrix, design: Matrix) -> bool:
-    """Return True if most values lie on a plane; pixels at edges may mix two points."""
+    """Return True if most values are linear in the pixel; pixels at edges may mix two points.
+
+    `design` holds the rows (1, x, y) of the pixels.
+    """
     is_inlier = np.ones(len(values), dtype=bool)
     for _ in range(3):
         plane = design @ np.linalg.lstsq(design[is_inlier], values[is_inlier], rcond=None)[0]

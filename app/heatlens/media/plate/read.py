@@ -6,12 +6,12 @@
 #    of any other EXR is checked as bytes (`exr_scan`) before a library opens it, because a damaged
 #    one can claim gigabytes. Photos are converted to the form of EXR parts (`picture_parts`), so
 #    the steps below handle one form only.
-# 2. The colour (`channel_choice`): it is chosen before the depth, because among equal names of
+# 2. The color (`channel_choice`): it is chosen before the depth, because among equal names of
 #    depth that of its layer, part and view wins, and because its data window is that of the plate.
 # 3. The lens in the header (`camera_header`): it converts distances along the rays to depth.
 # 4. The depth (`depth_read`): its channel, the meaning of its values (`depth_guess`, and
-#    `depth_shape` where name and range do not decide), metres without holes (`depth`, `repair`),
-#    and last the window of the colour. If no channel holds a depth, positions are searched for.
+#    `depth_shape` where name and range do not decide), meters without holes (`depth`, `repair`),
+#    and last the window of the color. If no channel holds a depth, positions are searched for.
 # 5. The plate (`_read_layer`): a photo's point of focus becomes a distance in this step, because it
 #    is read from the depth. A plate with alpha is padded with empty pixels to its display window.
 # 6. The options for a whole plate (`read_plate`): a depth is made flat first, because surfaces
@@ -77,7 +77,7 @@ from heatlens.media.plate.windows import pixel_aspect_of, read_header_window
 
 
 def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None) -> Plate:
-    """Read a picture with its depth, free of NaN, over the data window of its colour.
+    """Read a picture with its depth, free of NaN, over the data window of its color.
 
     A picture with alpha is read over its display window too, see `with_empty_outside`.
     Raises InputError that names the file, what was found and which option would help.
@@ -108,7 +108,7 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
 
 
 def _read_behind(path: Path, options: PlateOptions) -> Plate:
-    """Read a plate behind another one. Raises InputError if it has no depth."""
+    """Return the plate of a picture behind another one. Raises InputError if it has no depth."""
     try:
         return read_plate(path, options)
     except NoDepthError as error:
@@ -132,7 +132,7 @@ def _read_file(path: Path, options: PlateOptions) -> tuple[Plate, dict[str, Plat
 
 
 def color_file_parts(path: Path, options: PlateOptions) -> list[Part]:
-    """Read the header and channels of every part, with scene-linear colours.
+    """Read the header and channels of every part, with scene-linear colors.
 
     A deep file gives one part, its flattened picture. Raises InputError as `read_parts` does.
     """
@@ -181,7 +181,7 @@ def _read_layer(path: Path, parts: Sequence[Part], options: PlateOptions) -> Pla
 def read_or_estimate_depth(
     path: Path, parts: Sequence[Part], choice: ColorChoice | None, options: PlateOptions
 ) -> DepthResult:
-    """Return the depth that belongs to a colour, read from a file or estimated by a network.
+    """Return the depth that belongs to a color, read from a file or estimated by a network.
 
     Raises InputError as `read_depth_of` and `estimate_depth` do.
     """
@@ -201,7 +201,7 @@ def read_or_estimate_depth(
 
 
 def read_light(options: PlateOptions, path: Path) -> FloatImage:
-    """Return the light (H, W, 4) of the picture at `path`."""
+    """Return the light (H, W, 4) of the picture at `path`: scene-linear, premultiplied RGBA."""
     parts = color_file_parts(path, options)
     choice = choose_color(path, [header for header, _ in parts], options.color_layer, options.eye)
     return read_color(path, parts, choice)[0]
@@ -229,6 +229,6 @@ def read_color(
 
 
 def _offered_compression(header: Header) -> str:
-    """Return the compression of the colour part, or "" if `write_exr` does not offer it."""
+    """Return the compression of the color part, or "" if `write_exr` does not offer it."""
     name = compression_name(header)
     return name if name in COMPRESSIONS else ""

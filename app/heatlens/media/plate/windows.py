@@ -25,7 +25,7 @@ def read_header_window(header: Header, key: str) -> Box:
 
 
 def make_header_window(box: Box) -> HeaderWindow:
-    """Return the EXR form of `box`: its first and its last pixel."""
+    """Return `box` as a window of an EXR header: its first and its last pixel."""
     return (
         np.array([box.x0, box.y0], dtype=np.int32),
         np.array([box.x1 - 1, box.y1 - 1], dtype=np.int32),

@@ -76,7 +76,7 @@ def demo_shot() -> Shot:
 
 
 def _dolly() -> CameraTrack:
-    """Return a camera that moves slowly right, past the railing, and looks down the street."""
+    """Return a camera that moves slowly to the right past the railing and looks down the street."""
     keys = (
         (1, (-0.22, 1.06, 0.0), (0.02, 1.32, -6.0)),
         (120, (0.02, 1.09, -0.05), (-0.02, 1.29, -6.0)),

@@ -21,6 +21,7 @@ from heatlens.media.scene.scene import Scene, SceneCamera
 from heatlens.media.scene.scene_bounds import bounds_m, first_framing, subject_m, track_of
 from heatlens.media.scene.scene_read import is_demo, open_scene
 
+# The lens for a scene file that has none; see `_file_shot`.
 _ASSUMED = Lens(
     focal_length_mm=SceneCamera.focal_length_mm,
     f_stop=2.0,
@@ -143,7 +144,7 @@ def _apply_framing(first: FirstShot, size: tuple[int, int] | None, camera: str |
 
 
 def lens_with_fields(first: FirstShot, given_fields: Mapping[str, Any]) -> Lens:
-    """Return the lens of the shot with the given fields.
+    """Return the lens of the shot with the given fields of Lens.
 
     A camera of which only the angle of view is known keeps it on a sensor of another width.
     """
@@ -156,7 +157,7 @@ def lens_with_fields(first: FirstShot, given_fields: Mapping[str, Any]) -> Lens:
 
 
 def _camera_with_angle_only(first: FirstShot) -> SceneCamera | None:
-    """Return the camera of the shot if its file has an angle of view but no sensor, else None."""
+    """Return the camera of the shot if its file has an angle of view but no sensor; else None."""
     name = None if first.shot.framing is None else first.shot.framing.camera
     camera = None if name is None else first.scene.camera_named(name)
     return camera if camera is not None and camera.is_width_assumed else None

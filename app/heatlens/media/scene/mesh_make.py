@@ -17,7 +17,7 @@ from heatlens.media.scene.scene import Array, Mesh
 Floats = NDArray[np.float32]
 Triangles = NDArray[np.uint32]
 
-# Cameras have the same limit, where float32 resolves about a kilometre.
+# Cameras have the same limit, where float32 resolves about a kilometer.
 _FAR_MOST_M = 1e9
 _UV_MOST = 1e4  # repeats; beyond that float32 cannot distinguish the pixels of a picture
 _UP = np.array([0.0, 1.0, 0.0])  # normal of a triangle without area, which is invisible
@@ -34,7 +34,7 @@ def make_mesh(
 ) -> Mesh:
     """Make a mesh of (V, 3) positions and (T, 3) indices, flat-shaded if there are no normals.
 
-    Colours (V, 3) or (V, 4) are linear and are clipped to 0..1. Raises InputError, beginning with
+    Colors (V, 3) or (V, 4) are linear and are clipped to 0..1. Raises InputError, beginning with
     `what`, for positions that are not finite and indices without a position.
     """
     _check_geometry(what, positions_m, triangles)
@@ -60,13 +60,13 @@ def make_mesh(
 
 
 def _clip_colors(colors: Floats) -> Floats | None:
-    """Clip colours to 0..1; return None if all are white, as many exporters write them."""
+    """Clip colors to 0..1; return None if all are white, which is the default."""
     clipped = np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0)
     return None if (clipped == 1).all() else clipped
 
 
 def unshared_triangles(count: int) -> Triangles:
-    """Return (count, 3) triangles that share no vertices."""
+    """Return triangles (count, 3) of which each has three vertices of its own."""
     return np.arange(3 * count, dtype=np.uint32).reshape(-1, 3)
 
 
@@ -145,7 +145,7 @@ def add_tangents(mesh: Mesh) -> Mesh:
     angles, sums = _corner_angles(mesh), np.zeros((len(normals), 3))
     for corner in range(3):
         vertex = triangles[:, corner]
-        # Normalise in the tangent plane of the vertex, where sloped triangles have the same weight.
+        # Normalize in the tangent plane of the vertex, where sloped triangles have the same weight.
         projected = directions - normals[vertex] * np.sum(
             directions * normals[vertex], axis=1, keepdims=True
         )
@@ -159,7 +159,7 @@ def add_tangents(mesh: Mesh) -> Mesh:
 
 
 def _triangle_tangents(mesh: Mesh) -> tuple[Array, NDArray[np.bool_]]:
-    """Return directions (T, 3) of u, zero for none, and a mask (T,) of mirrored uvs."""
+    """Return the directions (T, 3) of u, zero for none, and a mask (T,) of mirrored triangles."""
     corners = mesh.positions_m[mesh.triangles].astype(np.float64)
     uvs = mesh.uvs[mesh.triangles].astype(np.float64)
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -202,7 +202,7 @@ def _split_mirrored_vertices(mesh: Mesh, is_mirrored: NDArray[np.bool_]) -> Mesh
 
 
 def _corner_angles(mesh: Mesh) -> Array:
-    """Return the angles (T, 3) at the corners in radians."""
+    """Return the angles (T, 3), in radians, at the corners of the triangles."""
     corners = mesh.positions_m[mesh.triangles].astype(np.float64)
     sides = corners[:, _SIDES] - corners[:, :, None]
     cosines = np.sum(_scale_to_unit(sides[:, :, 0]) * _scale_to_unit(sides[:, :, 1]), axis=-1)

@@ -1,7 +1,7 @@
 """Read OBJ, PLY and STL files as scenes, with trimesh: triangles, points and simple materials.
 
-OBJ and PLY have v upwards. None of the formats has a unit, so numbers are taken as metres. None
-defines the encoding of vertex colours, so they are taken as sRGB, which most programs write.
+OBJ and PLY have v upwards. None of the formats has a unit, so numbers are taken as meters. None
+defines the encoding of vertex colors, so they are taken as sRGB, which most programs write.
 """
 
 import io
@@ -58,7 +58,7 @@ class _MeshReader:
     _pictures: dict[str, int | None] = field(default_factory=dict)
 
     def add(self, name: str, geometry: Any) -> None:
-        """Add one of the parts that trimesh found."""
+        """Add a part of the file as trimesh returned it: triangles, strips or points."""
         geometry = self._convert_strips(geometry)
         faces = getattr(geometry, "faces", None)
         if faces is None or not len(faces):
@@ -78,7 +78,7 @@ class _MeshReader:
         colors = None if material.base_color_map is not None else _vertex_colors(geometry)
         if colors is not None:
             material = replace(material, base_color=(1.0, 1.0, 1.0))
-        if geometry.visual.kind == "face":  # a colour for each triangle, which needs own vertices
+        if geometry.visual.kind == "face":  # a color for each triangle, which needs own vertices
             corner_index, triangles = triangles.reshape(-1), unshared_triangles(len(triangles))
             positions_m = positions_m[corner_index]
             normals = None if normals is None else normals[corner_index]
@@ -159,7 +159,10 @@ class _MeshReader:
     def _read_normals(
         self, geometry: Any, positions: NDArray[np.float32], triangles: NDArray[np.uint32]
     ) -> NDArray[np.float32] | None:
-        """Return the file's normals; if a PLY has none, it is taken as a scan and made smooth."""
+        """Return the normals of the file, or smooth ones for a PLY, which is taken as a scan.
+
+        Returns None for other files without normals, which are then shaded flat.
+        """
         # trimesh computes missing normals; only its cache shows whether the file had any.
         if self.path.suffix.lower() != ".stl" and "vertex_normals" in geometry._cache:
             normals = geometry.vertex_normals
@@ -192,7 +195,7 @@ class _MeshReader:
         )
 
     def _read_picture(self, material: Any) -> int | None:
-        """Return the index of a material's colour map among the images, or None."""
+        """Return the index of a material's color map among the images, or None."""
         name = getattr(material.image, "info", {}).get("file_path")
         if name is None:
             return None
@@ -204,7 +207,7 @@ class _MeshReader:
 
 
 def read_mesh(path: Path) -> Scene:
-    """Read an OBJ, PLY or STL file.
+    """Read an OBJ, PLY or STL file as a scene.
 
     Raises InputError if it is damaged or trimesh is not installed.
     """
@@ -313,9 +316,9 @@ def _read_row(entries: dict[str, Any], name: str, default: tuple[float, ...]) ->
 
 
 def _vertex_colors(geometry: Any) -> NDArray[np.float32] | None:
-    """Return linear colours (V, 3), or (3 T, 3) if triangles share no vertices.
+    """Return linear colors (V, 3), or (3 T, 3) if triangles share no vertices.
 
-    The formats do not define the encoding of colours; sRGB is the usual one. Alpha is left out,
+    The formats do not define the encoding of colors; sRGB is the usual one. Alpha is left out,
     because scanners fill it with arbitrary values.
     """
     kind = geometry.visual.kind
@@ -330,7 +333,7 @@ def _vertex_colors(geometry: Any) -> NDArray[np.float32] | None:
 
 
 def _point_colors(geometry: "PointCloud") -> NDArray[np.float32] | None:
-    """Return (P, 3) linear colours of points, or None."""
+    """Return linear colors (P, 3) of points; None if there are none for all of them."""
     colors = getattr(geometry, "colors", None)
     if colors is None or np.ndim(colors) != 2 or np.shape(colors)[0] != len(geometry.vertices):
         return None

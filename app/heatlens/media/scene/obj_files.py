@@ -96,7 +96,7 @@ def _continued_line(data: mmap.mmap) -> Iterator[bytes]:
 
 
 def _find_pictures(library: Path) -> Iterator[str]:
-    """Yield the name after each `map_Kd`; raise OSError if the file cannot be read."""
+    """Yield the names after each `map_Kd`; raise OSError if the file cannot be read."""
     for line in _decode_text(read_file_bytes(library)).splitlines():
         if len(words := line.split()) > 1 and words[0].lower() == _PICTURE:
             yield line[line.lower().index(_PICTURE) + len(_PICTURE) :]

@@ -44,7 +44,7 @@ def read_picture(
 
 def pixels_of_image(image: Image.Image) -> NDArray[np.uint8]:
     """Convert a picture in any mode to RGBA (H, W, 4) with row 0 on top."""
-    if image.mode.startswith("I"):  # 16-bit grey, which Pillow would clip
+    if image.mode.startswith("I"):  # 16-bit gray, which Pillow would clip
         grey = np.asarray(image).astype(np.uint32) >> 8
         image = Image.fromarray(np.minimum(grey, 255).astype(np.uint8))
     return np.array(image.convert("RGBA"))

@@ -17,7 +17,7 @@ from heatlens.media.scene.scene_bounds import bounds_m
 
 SUFFIXES_WITHOUT_UNIT = (".obj", ".ply", ".stl")
 _HEAD_BYTES = 400  # enough for the first lines of these formats
-# By format: sizes, and the unit in metres that is guessed for a scene larger than this number.
+# By format: sizes, and the unit in meters that is guessed for a scene larger than this number.
 _UNITS = {
     ".stl": ((5.0, 1e-3),),
     ".obj": ((5000.0, 1e-3), (100.0, 1e-2)),
@@ -69,7 +69,7 @@ def place_for_first_shot(
 
 
 def place_scene(scene: Scene, framing: Framing | None) -> Scene:
-    """Return the scene rotated to the framing's up axis, and scaled to metres by its unit."""
+    """Return the scene rotated to the framing's up axis, and scaled to meters by its unit."""
     target = framing or Framing()
     current_placing = (scene.up_axis, scene.meters_per_unit)
     if not lacks_placing(scene) or current_placing == (target.up_axis, target.meters_per_unit):
@@ -89,7 +89,7 @@ def place_scene(scene: Scene, framing: Framing | None) -> Scene:
 
 
 def _placing_matrix(axis: WorldAxis, unit_m: float) -> Array:
-    """Return the matrix (4, 4) from a file with this up axis and unit to the world in metres."""
+    """Return the matrix (4, 4) from a file with this up axis and unit to the world in meters."""
     matrix = np.eye(4)
     matrix[:3, :3] = unit_m * np.array(_ROTATIONS[axis])
     return matrix
@@ -101,27 +101,27 @@ def _transform_motion(motion: Motion, change: Array) -> Motion:
 
 
 def _likely_axis(path: Path) -> WorldAxis:
-    """Return z for STL, used in CAD and 3D printing, and for a PLY of Blender; else y."""
+    """Return the likely up axis: z for STL, as in CAD, and for a PLY of Blender; else y."""
     suffix = path.suffix.lower()
     is_z_up = suffix == ".stl" or (suffix == ".ply" and _is_of_blender(path))
     return WorldAxis.Z if is_z_up else WorldAxis.Y
 
 
 def _is_of_blender(path: Path) -> bool:
-    """Return True for a file whose first lines name Blender, which writes metres."""
+    """Return True for a file whose first lines name Blender, which writes meters."""
     with open_regular_file(path) as file:
         return b"Blender" in file.read(_HEAD_BYTES)
 
 
 def _likely_unit_m(path: Path, size: float) -> float:
-    """Return the unit in metres in which a scene of this `size` has a plausible size."""
+    """Return the unit in meters in which a scene of this `size` has a plausible size."""
     if _is_of_blender(path):
         return 1.0
     return next((unit_m for least, unit_m in _UNITS[path.suffix.lower()] if size > least), 1.0)
 
 
 def _guess_notes(path: Path, framing: Framing, chosen_placing: Placing, size: float) -> list[str]:
-    """Return a note on the guessed values of a scene of this size in its own unit, if any."""
+    """Return a note on the guessed values, or none; `size` is that of the scene in its own unit."""
     guesses = []
     if chosen_placing.up_axis is None:
         guesses.append(f"{framing.up_axis} is taken as up; change it with --up-axis")

@@ -64,9 +64,9 @@ def point_normals(cloud: "PointCloud") -> NDArray[np.float64] | None:
 
 
 def splat_colors(cloud: "PointCloud") -> NDArray[np.float64] | None:
-    """Return the colours (V, 3), sRGB values of 0 to 1, of Gaussian splats; None for other points.
+    """Return the colors (V, 3), sRGB values of 0 to 1, of Gaussian splats; None for other points.
 
-    The colour is the constant term of their spherical harmonics, as the program of Kerbl et al.
+    The color is the constant term of their spherical harmonics, as the program of Kerbl et al.
     writes it ("3D Gaussian Splatting for Real-Time Radiance Field Rendering", 2023).
     """
     constant = _read_columns(cloud, _SPLAT)
@@ -107,13 +107,13 @@ def _triangulate_strip(strip: NDArray[np.generic]) -> NDArray[np.int64]:
 
 
 def _raw_element(cloud: "PointCloud", name: str) -> object:
-    """Return the data of an element as trimesh read them; None if there is none."""
+    """Return the data of an element as trimesh has read them; None if there is no such element."""
     raw = cloud.metadata.get("_ply_raw")
     return raw[name].get("data") if isinstance(raw, dict) and name in raw else None
 
 
 def _read_lists(element: Any) -> list[object]:
-    """Return the lists of an element, which have different types for text and binary files."""
+    """Return the lists of an element; text and binary files have them in different types."""
     if isinstance(element, dict):
         return list(next(iter(element.values()), []))
     names = element.dtype.names or ()
@@ -134,7 +134,10 @@ def _raw_column(element: Any, name: str) -> Any:
 
 @dataclass(frozen=True)
 class _Element:
-    """An element of the header: its line, count, and properties, each a name and types."""
+    """An element of a PLY header: its line, its count, and its properties as (name, types).
+
+    A property has one type, a list two: that of its length and that of its numbers.
+    """
 
     line: bytes
     count: int
@@ -235,7 +238,11 @@ def _cut_polygons(
 def _make_fans(
     body: Bytes, offsets: NDArray[np.int64], sizes: NDArray[np.int64], face: _Element, name: str
 ) -> NDArray[np.void]:
-    """Return the records of triangle fans, sorted by the number of corners of the polygons."""
+    """Return the records of the triangles that polygons are cut into.
+
+    `offsets` and `sizes` hold the position in `body` and the number of corners of each polygon. The
+    triangles are sorted by the number of corners.
+    """
     fans = []
     for size in np.unique(sizes[sizes >= 3]).tolist():
         record, polygon_offsets = face.dtype(size), offsets[sizes == size]

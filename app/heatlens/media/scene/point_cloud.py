@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 POINTS_MOST = 500_000  # if there are more, some are left out evenly and the others are larger
-_BALL_COST = 8  # triangles of a ball, in tetrahedra
+_BALL_COST = 8  # triangles of a ball divided by those of a tetrahedron
 _SAMPLES = 96  # points whose distance to the nearest other point is measured
 _SPACING_TO_RADIUS = (
     0.7  # radius as a part of the spacing, so that points of a surface just close it
@@ -42,8 +42,8 @@ def make_point_solids(
 ) -> PointSolids:
     """Return solids with radii (P,) at positions (P, 3), or discs if there are normals (P, 3).
 
-    The default radius just closes a surface of such points. At most about `points_most` points are
-    drawn.
+    The default radius just closes a surface of such points. If there are more than `points_most`,
+    some are left out evenly and the others are larger. About that many solids are drawn.
     """
     chosen = _choose_evenly(len(positions), points_most)
     centers = positions[chosen]
@@ -90,7 +90,7 @@ def _make_ball() -> tuple[Array, NDArray[np.int64]]:
 def closing_radius(positions: Array) -> float:
     """Return the radius with which the points of a surface just close it.
 
-    It is derived from the distances between some points and their nearest neighbours.
+    It is derived from the distances between some points and their nearest neighbors.
     """
     if len(positions) < 2:
         return 0.01
@@ -120,7 +120,7 @@ def _choose_evenly(count: int, points_most: int) -> NDArray[np.int64]:
 
 
 def _tangent_frame(normals: Array) -> tuple[Array, Array, Array]:
-    """Return two unit vectors perpendicular to each normal, and the normalised normal."""
+    """Return two unit vectors perpendicular to each normal, and the normalized normal."""
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     has_direction = np.isfinite(lengths) & (lengths > 1e-12)
     unit = np.where(has_direction, normals / np.where(has_direction, lengths, 1.0), (0.0, 1.0, 0.0))

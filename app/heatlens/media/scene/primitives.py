@@ -65,7 +65,7 @@ def cylinder(height: float, bottom: float, top: float) -> Shape:
 
 
 def cube(size: float) -> Shape:
-    """Return a cube centred on the origin with edges of the length `size`."""
+    """Return a cube centerd on the origin with edges of the length `size`."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], np.float32)
     positions, normals = [], []
     for axis in range(3):
@@ -105,7 +105,9 @@ def _revolve(
     bands: Sequence[tuple[NDArray[np.floating], NDArray[np.floating]]],
     side_count: int = SIDES_AROUND,
 ) -> Shape:
-    """Rotate profiles of (radius, z), with (radius, z) of their normals, about z.
+    """Return a shape of revolution: profiles rotated about z.
+
+    Each band is a profile of points (radius, z) and their normals, also as (radius, z).
 
     Profiles run from the bottom up on the outside, and do not share vertices.
     """
@@ -128,14 +130,14 @@ def _revolve(
 
 
 def _rotate_rows(rows: NDArray[np.floating], circle: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Return points (R * C, 3) for rows (R, 2) of radius and height, and a circle (C, 2)."""
+    """Return points (R * C, 3): rows (R, 2) of radius and height, each on a circle (C, 2)."""
     flat = rows[:, None, :1] * circle
     heights = np.broadcast_to(rows[:, None, 1:], (*flat.shape[:2], 1))
     return np.concatenate([flat, heights], axis=2).reshape(-1, 3)
 
 
 def _grid_triangles(rows: int, columns: int) -> NDArray[np.uint32]:
-    """Return the triangles between neighbouring rows of a grid of vertices."""
+    """Return the triangles between neighboring rows of a grid of vertices."""
     first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1, 1)
     low = first + np.array((0, 1, columns + 1))
     high = first + np.array((0, columns + 1, columns))
@@ -188,7 +190,7 @@ def make_tubes(
 
 
 def _tube_frames(points: Array, curve: Indices, count: int) -> tuple[Array, Array]:
-    """Return two unit vectors (P, 3) perpendicular to the curve at each point.
+    """Return two unit vectors (P, 3) perpendicular to the curve and to each other at each point.
 
     The first points towards the coordinate axis that is farthest from the curve's directions. Tubes
     then twist only where a curve turns towards this axis.
@@ -203,7 +205,7 @@ def _tube_frames(points: Array, curve: Indices, count: int) -> tuple[Array, Arra
 
 
 def _tangents(points: Array, curve: Indices) -> Array:
-    """Return the direction (P, 3) of the curve at each point, from its neighbours."""
+    """Return the direction (P, 3) of the curve at each point, from its neighbors."""
     steps = np.where((curve[:-1] == curve[1:])[:, None], np.diff(points, axis=0), 0.0)
     zero_step = np.zeros((1, 3))
     return _normalize(np.vstack([zero_step, steps]) + np.vstack([steps, zero_step]))

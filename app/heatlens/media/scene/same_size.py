@@ -24,9 +24,9 @@ from heatlens.core.model.view.orbit import pivot_of
 from heatlens.media.scene.scene import Scene
 from heatlens.media.scene.scene_bounds import object_depth_m, track_of
 
-DepthAt = Callable[[int, int], float]  # metres at a pixel of the frame whose size is kept
+DepthAt = Callable[[int, int], float]  # meters at a pixel of the frame whose size is kept
 
-_STILL_M = 1e-9
+_STILL_M = 1e-9  # the camera moves equally at all frames if the difference is smaller
 _POSSIBLE_FOCUS_LENGTHS = 2.0  # a focus this many focal lengths away is always possible
 _SIZE_ERROR_MOST = 0.002  # largest error of the size between keys of the camera
 
@@ -101,7 +101,7 @@ class KeptSize:
         return pivot_of(self._track.pose_at(self.frame), far_m)
 
     def _distance_m(self, mark: Mark) -> float:
-        """Return the distance of a mark at the frame; raise InputError for a mark of plates."""
+        """Return the distance of a mark at `frame`; raise InputError for a mark of plates."""
         if isinstance(mark, DistanceMark):
             return mark.distance_m
         if isinstance(mark, PointMark):
@@ -185,7 +185,10 @@ class KeptSize:
 
 
 def _remaining_m(distance_m: float, step_m: float, what: str) -> float:
-    """Return a distance after the camera moved forward. Raises InputError if it is not above 0."""
+    """Return a distance after the camera moved forward by `step_m`.
+
+    Raises InputError if it is not above 0.
+    """
     if distance_m - step_m <= 0:
         raise InputError(
             f"The camera would go {format_distance(step_m)} forward, past {what} at "
@@ -202,13 +205,17 @@ def _scale_keys(shot: Shot, factor: float) -> Shot:
 
 
 def _bring_focus_nearer(shot: Shot, step_m: float, focus_m: float) -> Shot:
-    """Return the shot with a focus nearer by `step_m` at every frame; `focus_m`: without keys."""
+    """Return the shot with the focus nearer by `step_m` at every frame.
+
+    `focus_m` is the focus distance of a shot without keys of the focus.
+    """
     what, curve = "what is in focus", shot.curves.focus_distance_m
     keys = tuple(replace(key, value=_remaining_m(key.value, step_m, what)) for key in curve.keys)
     shot = shot.with_curve(LensParameter.FOCUS_DISTANCE, replace(curve, keys=keys))
     if not keys:
         remaining_m = _remaining_m(focus_m, step_m, what)
         shot = replace(shot, lens=replace(shot.lens, focus_distance_m=remaining_m))
+    # Raises LensError for a key that is not possible.
     for frame in shot.key_frames:
         shot.lens_at(frame)
     return shot
@@ -220,7 +227,7 @@ def _depth_ahead_m(pose: Pose, position_m: Vector) -> float:
 
 
 def _move_forward(pose: Pose, step_m: float) -> Pose:
-    """Return the pose moved forward along the view axis."""
+    """Return the pose moved forward along its view axis by `step_m`."""
     x, y, z = np.asarray(pivot_of(pose, step_m)).tolist()
     return replace(pose, position_m=(x, y, z))
 

@@ -1,7 +1,7 @@
 """A 3D scene as plain values, read from a file or made by a program; nothing here draws.
 
-The world is right-handed with y up, in metres; matrices act on columns. Colours are scene-linear
-with Rec.709 primaries; pictures that colour a surface are 8-bit sRGB, as files keep them.
+The world is right-handed with y up, in meters; matrices act on columns. Colors are scene-linear
+with Rec.709 primaries; pictures that color a surface are 8-bit sRGB, as files keep them.
 """
 
 from collections.abc import Callable, Mapping
@@ -38,7 +38,7 @@ class Mesh:
     uvs          (V, 2) float32, v downwards as in glTF; zeros where there are none
     triangles    (T, 3) uint32 into the vertices
     material     index into the scene's materials
-    colors       (V, 3) or (V, 4) float32 from 0 to 1, linear; base colour and alpha are multiplied
+    colors       (V, 3) or (V, 4) float32 from 0 to 1, linear; base color and alpha are multiplied
                  by them; None for white
     tangents     (V, 4) float32: the direction of u, unit or zero, and the sign of the bitangent
                  against v; None for a mesh without a normal map, which has no effect without them
@@ -58,7 +58,7 @@ class Mesh:
 
     @cached_property
     def box_m(self) -> Array:
-        """(2, 3): least and greatest corner of its triangles; zeros if it has none."""
+        """The box (2, 3) around the triangles: its least and greatest corner; zeros for none."""
         if not len(self.triangles):
             return np.zeros((2, 3))
         # Parts of an object often share a list of vertices, of which each uses only some.
@@ -96,7 +96,7 @@ class MapPlace:
         return self.wraps != (Wrap.REPEAT, Wrap.REPEAT)
 
     def transform(self, uvs: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return texture coordinates (V, 2) after the transform."""
+        """Return texture coordinates (V, 2) after the transform, without the wrapping."""
         transformed = uvs @ np.array(self.matrix).T + np.array(self.offset)
         return np.asarray(transformed, np.float32)
 
@@ -107,9 +107,9 @@ class Material:
 
     base_color     scene-linear RGB, multiplied by the map
     emission       scene-linear radiance, far above 1 for a lamp, multiplied by the map
-    alpha_cutoff   the surface has holes where the base colour's alpha is lower; 0 for no holes
+    alpha_cutoff   the surface has holes where the base color's alpha is lower; 0 for no holes
     is_blended     alpha is the share of the surface that covers what is behind it
-    is_lit         False for a surface that shows its base colour in any light
+    is_lit         False for a surface that shows its base color in any light
     *_map          index into the scene's images, None for none; metallic is in the blue channel,
                    roughness in the green one; a normal map is as in glTF, y against v
     normal_scale   steepness of the bumps in the normal map; 0 for none
@@ -137,7 +137,7 @@ class Material:
 
     @property
     def maps(self) -> tuple[int | None, ...]:
-        """The maps of base colour, metal and roughness, emission, normals, and occlusion."""
+        """The maps of base color, metal and roughness, emission, normals, and occlusion."""
         metal_and_roughness = self.metallic_roughness_map
         return (
             *(self.base_color_map, metal_and_roughness, self.emission_map),
@@ -266,7 +266,7 @@ class Scene:
 
     @cached_property
     def boxes_m(self) -> Array:
-        """(instances, 2, 3): the bounding box of each instance's mesh, in its own axes."""
+        """The boxes (instances, 2, 3) of the meshes of all instances, in their own axes."""
         return np.array([self.meshes[instance.mesh].box_m for instance in self.instances])
 
     @property
@@ -281,7 +281,7 @@ class Scene:
         return Lighting(self.lights, self.daylight)
 
     def boxes_at(self, frame: float) -> Array:
-        """Return (instances, 2, 3): the box of each instance's mesh at a frame, in its own axes."""
+        """Return the boxes (instances, 2, 3) of the meshes at a frame, in their own axes."""
         if not self.deforms:
             return self.boxes_m
         boxes = [mesh.box_m for mesh in self.meshes]
@@ -302,7 +302,7 @@ class Scene:
         return shapes
 
     def transforms_at(self, frame: float) -> Array:
-        """Return (instances, 4, 4) from object to world."""
+        """Return the matrices (instances, 4, 4) from object to world at a frame."""
         if self.motion is not None:
             return self.motion(frame)
         return np.stack([instance.to_world for instance in self.instances])

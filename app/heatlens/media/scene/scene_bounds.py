@@ -16,12 +16,12 @@ from heatlens.core.model.shot.framing import (
 )
 from heatlens.media.scene.scene import Array, Scene
 
-# Picks the least or the greatest corner on each axis.
+# Of each of the eight corners, whether it takes the least (0) or greatest (1) value on each axis.
 _PICKS = np.indices((2, 2, 2)).reshape(3, 8).T
 
 
 def corners_of(boxes_m: Array) -> Array:
-    """Return the corners (..., 8, 3) of boxes (..., 2, 3), a least and a greatest corner each."""
+    """Return the corners (..., 8, 3) of boxes (..., 2, 3) of a least and a greatest corner."""
     return np.asarray(np.where(_PICKS == 0, boxes_m[..., :1, :], boxes_m[..., 1:, :]))
 
 
@@ -43,16 +43,16 @@ _VIEW_FROM = (0.35, 0.25, 1.0)  # view direction: a little from the right and fr
 
 
 def bounds_m(scene: Scene, frame: float, name: str | None = None) -> Array:
-    """Return (2, 3), the least and greatest corner of the scene at a frame.
+    """Return the least and the greatest corner (2, 3) of the scene at a frame.
 
-    With `name`, return those of the objects of this name, NaN if there are none.
+    With `name`, return those of the objects of this name; NaN if there are none.
     """
     points = corners_m(scene, frame, name)
     return box_around(points) if len(points) else np.full((2, 3), np.nan)
 
 
 def corners_m(scene: Scene, frame: float, name: str | None = None) -> Array:
-    """Return (N, 3) corners of the boxes around all objects, or those called `name`."""
+    """Return the corners (N, 3) of the boxes around all objects, or around those called `name`."""
     if name is None:
         return box_corners_m(scene, frame).reshape(-1, 3)
     boxes, to_world = scene.boxes_at(frame), scene.transforms_at(frame)
@@ -61,18 +61,18 @@ def corners_m(scene: Scene, frame: float, name: str | None = None) -> Array:
 
 
 def box_corners_m(scene: Scene, frame: float) -> Array:
-    """Return (N, 8, 3) corners of the box around each object at a frame."""
+    """Return the corners (N, 8, 3) of the box around each object at a frame."""
     return transform_corners(scene.boxes_at(frame), scene.transforms_at(frame))
 
 
 def box_around(points_m: Array) -> Array:
-    """Return (2, 3), the minimum and the maximum corner of points (..., 3)."""
+    """Return the least and the greatest corner (2, 3) of points (..., 3)."""
     points = points_m.reshape(-1, 3)
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
 def object_names(scene: Scene) -> tuple[str, ...]:
-    """Return each name once, in the order of the file."""
+    """Return the name of each object once, in the order of the file."""
     return tuple(dict.fromkeys(instance.name for instance in scene.instances))
 
 
@@ -117,7 +117,10 @@ def _distance_m(points: Array, lens: Lens, aspect: float) -> float:
 
 
 def track_of(scene: Scene, framing: Framing, lens: Lens) -> CameraTrack:
-    """Return the camera of a framing; raise InputError for an unknown name."""
+    """Return the camera of a framing over its frames; raise InputError for an unknown name.
+
+    A scene without cameras gets a view of all of it, or of its subject (see `subject_m`).
+    """
     if framing.track is not None:
         return framing.track
     if framing.camera is not None:
@@ -141,8 +144,8 @@ def track_of(scene: Scene, framing: Framing, lens: Lens) -> CameraTrack:
 def subject_m(scene: Scene) -> Array | None:
     """Return corners (8, 3) of the object to show first in a scene too large to show any blur.
 
-    From a distance that shows a whole large scene, everything is sharp: the discs are about
-    0.8 w / (N L) of the picture's width for a scene of size L and a film back of width w. In that
+    From a distance that shows a whole large scene, everything is sharp: the discs are about 0.8 w /
+    (N L) of the picture's width for a scene of size L, a film back of width w and f-stop N. In that
     case the subject is the nearest object that is much smaller than the scene. Returns None if the
     scene is small enough to be seen as a whole, or no object is suitable.
     """

@@ -1,12 +1,13 @@
 """The view of a scene through one point of the lens, as a matrix from the world to the picture.
 
-A point at planar depth z and at (x, y) in the camera's axes, metres, is seen at the pixel
+A point at planar depth z and at (x, y) in the camera's axes, in meters, is seen at the column
 
-    W/2 + F (x - u) / z + F u / S        F = W f / w, the focal length in pixels
+    W/2 + F (x - u) / z + F u / S        with F = W f / w, the focal length in pixels
 
-through the point (u, v) of a lens focused at S. Points at S stay where a pinhole sees them; other
-points are shifted by F u (1/S - 1/z), which over the whole lens is the disc of `coc_line`. Source:
-Haeberli and Akeley 1990, section 4; a pinhole has u = v = 0. Rows run downwards.
+through the point (u, v) of a lens focused at S. W is the width of the picture in pixels, w that of
+the sensor, and f the focal length. Points at S stay where a pinhole sees them; other points are
+shifted by F u (1/S - 1/z), which over the whole lens is the disc of `coc_line`. Source: Haeberli
+and Akeley 1990, section 4; a pinhole has u = v = 0. Rows run downwards.
 
 The near plane lies at the nearest visible depth, because the depth buffer would waste its precision
 on nearer distances.
@@ -44,12 +45,12 @@ class SceneView:
     near_m, far_m    planar depths between which objects are drawn
     offset_m         (u, v): the point of the lens in the camera's x and y
     jitter_px        (x, y), to the right and down: the sample's offset from the pixel's middle
-    sample           number of the sample within its pixel, of which partial coverage covers some;
-                     None for a single sample
+    sample           number of the sample within its pixel: a surface of partial coverage covers
+                     some of the samples; None for a single sample
     across           how many pixels of the view are samples of one picture pixel, along each axis
     first_row        first row of the picture that is drawn
     rows_above       rows above it in the texture, which belong to other draws
-    lean             tilt of the focus plane away from `focus_m`, in pixels of the view
+    focus_offset     tilt of the focus plane away from `focus_m`, in pixels of the view
     """
 
     world_to_camera: Array
@@ -68,7 +69,7 @@ class SceneView:
 
     @property
     def clip_from_world(self) -> Array:
-        """(4, 4) for columns; y of clip space runs down, which puts row 0 of a texture on top.
+        """Matrix (4, 4) for columns; y of clip space runs down, so row 0 of a texture is on top.
 
         After the perspective division, z runs from -1 at `near_m` to 1 at `far_m`.
         """
@@ -100,7 +101,7 @@ class SceneView:
 
     @property
     def eye_m(self) -> Array:
-        """(3,) the point of the lens in world space."""
+        """The point (3,) of the lens in world space."""
         return np.asarray(np.linalg.inv(self.world_to_camera) @ (*self.offset_m, 0.0, 1.0))[:3]
 
 
@@ -146,12 +147,11 @@ def with_near_plane(view: SceneView, nearest_m: float) -> SceneView:
 
 
 def nearest_visible_m(view: SceneView, corners_m: Array, lens_radius_m: float) -> float:
-    """Return a lower bound of the planar depth of all visible parts of boxes, in metres.
+    """Return a lower bound, in meters, of the planar depth of all visible parts of boxes.
 
-    `corners_m` (N, 8, 3) are the corners of the boxes.
-
-    The boxes are in world space, seen from every point of a lens of this radius, 0 for a pinhole.
-    The depth is 0 or less if the camera is inside a box, and infinite if nothing is visible.
+    `corners_m` (N, 8, 3) are the corners of the boxes in world space. They are seen from every
+    point of a lens of this radius, 0 for a pinhole. The depth is 0 or less if the camera is inside
+    a box, and infinite if nothing is visible.
     """
     rotation, translation = view.world_to_camera[:3, :3], view.world_to_camera[:3, 3]
     corners = np.asarray(corners_m, np.float64) @ rotation.T + translation
@@ -181,7 +181,7 @@ def _nearest_in_picture(view: SceneView, corners: Array, lens_radius_m: float) -
 
 
 def _nearest_inside(depths: Array, inside: Array) -> Array:
-    """Return (N,) the least depth of the part of each box where `inside` is at least 0.
+    """Return the least depth (N,) of the part of each box in which `inside` is at least 0.
 
     Both arguments are values (N, 8) at the corners, linear in between. The result is infinite if no
     part is inside.

@@ -1,4 +1,4 @@
-"""Catmull-Clark subdivision of polygons, vectorised over all vertices.
+"""Catmull-Clark subdivision of polygons, vectorized over all vertices.
 
 The rules are those of Catmull and Clark 1978 for smooth surfaces, and of DeRose, Kass and Truong
 1998 for creases: an edge of sharpness s stays sharp for s levels. Edges at the boundary of a
@@ -60,7 +60,7 @@ class _Edges:
 
 
 def subdivide(mesh: Polygons) -> Polygons:
-    """Return the mesh with one quad for each corner of the old one."""
+    """Return the mesh after one level: one quad for each corner of the old mesh."""
     edges, face_of = _find_edges(mesh), np.repeat(np.arange(len(mesh.counts)), mesh.counts)
     face_points = _means(mesh.points[mesh.corners], face_of, mesh.counts)
     edge_points = _edge_points(mesh, edges, face_points, face_of)
@@ -147,7 +147,7 @@ def _find_edges(mesh: Polygons) -> _Edges:
 
 
 def _edge_points(mesh: Polygons, edges: _Edges, face_points: Array, face_of: Indices) -> Array:
-    """Return (E, 3): the middle of a sharp edge, else the mean with its adjacent faces."""
+    """Return the new points (E, 3): the middle of a sharp edge, else its mean with its faces."""
     middles = mesh.points[edges.ends].mean(axis=1)
     face_means = _means(face_points[face_of], edges.of_corner, edges.faces)
     sharp_share = np.clip(edges.sharpness, 0, 1)[:, None]
@@ -155,7 +155,7 @@ def _edge_points(mesh: Polygons, edges: _Edges, face_points: Array, face_of: Ind
 
 
 def _vertex_points(mesh: Polygons, edges: _Edges, face_points: Array, face_of: Indices) -> Array:
-    """Return (V, 3): smooth, on a crease or unmoved, depending on each vertex's sharp edges."""
+    """Return the moved vertices (V, 3): smooth, on a crease or in place, by their sharp edges."""
     points, count = mesh.points, len(mesh.points)
     valence = np.bincount(edges.ends.reshape(-1), minlength=count)
     faces = np.bincount(mesh.corners, minlength=count)
@@ -193,7 +193,7 @@ def _vertex_points(mesh: Polygons, edges: _Edges, face_points: Array, face_of: I
 def _corner_values(
     values: Array, next_corner: Indices, previous_corner: Indices, face_of: Indices, counts: Indices
 ) -> Array:
-    """Return (4 C, n): the values at the four corners of the quad of each corner."""
+    """Return the values (4 C, n) at the four corners of the quad of each corner."""
     face_mean = _means(values, face_of, counts)[face_of]
     next_middle = (values + values[next_corner]) / 2
     previous_middle = (values + values[previous_corner]) / 2
@@ -203,7 +203,10 @@ def _corner_values(
 
 
 def _split_creases(edges: _Edges, vertex_count: int) -> tuple[Indices, Array]:
-    """Return the halves of edges that stay sharp; boundaries are always found again."""
+    """Return the halves of creases that are still sharp, and their sharpness.
+
+    Boundaries are left out, because `_find_edges` finds them again.
+    """
     sharp_edges = np.flatnonzero((edges.sharpness > 1) & np.isfinite(edges.sharpness))
     middles = vertex_count + sharp_edges
     halves = [np.stack([edges.ends[sharp_edges, end], middles], axis=1) for end in (0, 1)]
@@ -214,7 +217,7 @@ def _split_creases(edges: _Edges, vertex_count: int) -> tuple[Indices, Array]:
 # along all edges at once, in as many rounds as the longest fan of faces needs. Walking around each
 # vertex would be a loop in Python over millions.
 def _smooth_groups(mesh: Polygons, edges: _Edges, next_corner: Indices) -> Indices:
-    """Return (C,) a group number for each corner; corners of a group share a normal."""
+    """Return a group number (C,) for each corner; corners of a group share a normal."""
     is_inner_crease = (edges.sharpness > 0) & (edges.faces == 2)
     if not is_inner_crease.any():
         return np.unique(mesh.corners, return_inverse=True)[1].reshape(-1)
@@ -239,11 +242,11 @@ def _smooth_groups(mesh: Polygons, edges: _Edges, next_corner: Indices) -> Indic
 
 
 def _sums(rows: Array, index: Indices, count: int) -> Array:
-    """Return (count, n), the sums of the rows (R, n) that have the same index (R,)."""
+    """Return the sums (count, n) of the rows (R, n) that have the same index (R,)."""
     columns = [np.bincount(index, column, count) for column in rows.T]
     return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
 
 
 def _means(rows: Array, index: Indices, counts: Indices) -> Array:
-    """Return the means of the rows (R, n) that have the same index; `counts` is how many have."""
+    """Return the means of the rows (R, n) with the same index; `counts` tells how many have it."""
     return np.asarray(_sums(rows, index, len(counts)) / np.maximum(counts, 1)[:, None])

@@ -53,7 +53,10 @@ def _is_matched_by_order(path: Path, source: Path) -> bool:
 
 
 def _companion_by_order(path: Path, source: Sequence, content: str) -> Path:
-    """Return the frame of `source` at the same index as `path` has in its own sequence."""
+    """Return the frame of `source` with the same index as `path` has in its own sequence.
+
+    Raises InputError if `source` has too few frames.
+    """
     picture_sequence = find_sequence(path)
     movie, frame = movie_of_frame(path), picture_sequence.frame_at(path)
     index = (
@@ -79,7 +82,7 @@ class PlateFiles:
     """
 
     def __init__(self, sources: Items[str]) -> None:
-        """Keep the files or patterns of the depth and of pictures behind, if any."""
+        """Keep the sources: files or patterns of the depth and of pictures behind, if any."""
         self._sources = tuple(sources)
         self._sequences: dict[str, Sequence] = {}
 

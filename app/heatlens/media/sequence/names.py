@@ -1,4 +1,4 @@
-"""Parse file names of a sequence into the frame number and the text around it.
+"""Parse file names of a sequence into a frame number and the text around it.
 
 Notations are parsed by fileseq one name at a time, without folders, which may have any name.
 """
@@ -43,7 +43,7 @@ class NameForm:
         return f"{self.prefix}{number}{self.suffix}"
 
     def number_in(self, name: str) -> str | None:
-        """Return the digits of `name`, with any padding; None if `name` has another form."""
+        """Return the digits of the number in `name`, of any length; None if it has another form."""
         if not (name.startswith(self.prefix) and name.endswith(self.suffix)):
             return None
         digits = name[len(self.prefix) : len(name) - len(self.suffix)]
@@ -146,7 +146,7 @@ def frames_text(frames: Iterable[int]) -> str:
 
 
 def paddings_of(form: NameForm, names: Iterable[str]) -> tuple[int, ...]:
-    """Return the paddings of the numbers of `names` in `form`, which is usually a single one.
+    """Return the lengths that the numbers of `names` in `form` are padded to, usually one.
 
     Numbers with leading zeros decide; if there are none, the shortest number does.
     """

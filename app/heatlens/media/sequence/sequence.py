@@ -70,7 +70,7 @@ class Sequence:
 
     @property
     def is_single(self) -> bool:
-        """True for a single frame."""
+        """True if only one frame is wanted."""
         return len(self.frames) == 1
 
     @cached_property
@@ -184,7 +184,7 @@ def rescan(sequence: Sequence) -> Sequence:
 
 
 def stamp_of(path: Path) -> Stamp | None:
-    """Return a value that changes when the file does; None if there is no file."""
+    """Return a value that changes when the file of a frame does; None if there is no file."""
     movie = movie_of_frame(path)
     try:
         status = file_on_disk(path).stat()

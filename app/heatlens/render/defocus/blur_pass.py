@@ -43,9 +43,9 @@ class Diffusion:
     axis_scales    diameter along x and y, relative to `coc`
     least_px       lower limit of the coc
     resampled_px_2 squared diameter of the blur that the picture has already
-    shape          the shape of the discs in pixels of the picture, if it varies over the picture
+    shape          the shape of the discs in pixels of the picture; None for ellipses
     is_in_front    all of the picture is in front of the focus, regardless of the sign of `coc`
-    corner         the size of a picture that is in the corner of the textures
+    corner         width and height of the picture, if it fills only the corner of the textures
     """
 
     color: Texture
@@ -60,7 +60,7 @@ class Diffusion:
 
     @property
     def size(self) -> tuple[int, int]:
-        """The size of the picture."""
+        """Width and height of the picture in pixels."""
         return self.corner or self.color.size
 
     @property
@@ -76,12 +76,22 @@ class Diffusion:
 
 
 def pole_layers(kernel: Kernel, storage: Storage = PACKED) -> int:
-    """Return the number of layers of the intermediate image between rows and columns."""
+    """Return the number of layers of the intermediate image between rows and columns.
+
+    A pole has one layer, or two if complex values are not packed: real and imaginary parts.
+    """
     return len(kernel.poles) * (2 if kernel.is_complex and storage != PACKED else 1)
 
 
 class BlurPass:
-    """y = Re sum_ab M_ab (1 + kappa_b L_y)^-1 (1 + kappa_a L_x)^-1 x, L compact for discs."""
+    """Blurs a picture by solving the systems of a kernel along its rows, then its columns.
+
+        y = Re sum_ab M_ab (1 + kappa_b L_y)^-1 (1 + kappa_a L_x)^-1 x
+
+    x is the picture and y the result. The kernel (`kernels.py`) has the poles kappa and the mixing
+    weights M. L_x and L_y are the Laplacians along rows and columns, with squared diameters as
+    conductances; for discs they are compact (shaders/lib/compact.lib.glsl).
+    """
 
     def __init__(self, solver: LineSolver) -> None:
         self._solver = solver
@@ -107,6 +117,7 @@ class BlurPass:
         )
         source = diffusion.color
         for steps_left in reversed(range(kernel.steps)):
+            # only the last step is composited over the picture behind
             over = None if steps_left else targets.over
             for axis, bindings in _bindings_of_axes(diffusion, source, replace(targets, over=over)):
                 yield from self._solver.steps(system, axis, diffusion.size, bindings, mask)
@@ -160,7 +171,10 @@ def _bindings_of_axes(
 
 
 def _to_shader_numbers(kernel: Kernel, values: npt.NDArray[np.complex128]) -> object:
-    """Return a kernel's coefficients in the layout of the shader's `Num` array."""
+    """Return a kernel's coefficients in the layout of the shader's `Num` array.
+
+    A complex number is a pair (real, imaginary). A single number is returned without a list.
+    """
     flat = values.ravel()
     numbers = [(z.real, z.imag) for z in flat] if kernel.is_complex else [z.real for z in flat]
     return numbers if len(numbers) > 1 else numbers[0]

@@ -1,11 +1,11 @@
-"""Composite what a matte keeps from the blur among the layers, by its depth."""
+"""Composite the part of a picture that a matte keeps sharp among the layers, by its depth."""
 
 from dataclasses import dataclass
 
 from heatlens.render.gpu.device import Device, Texture
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
-_EVERYWHERE = (-1e30, 1e30)  # circles of confusion
+_EVERYWHERE = (-1e30, 1e30)  # a range that contains every signed circle of confusion, in pixels
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,10 @@ class SharpPart:
     coc: Texture
 
     def of_alpha(self) -> "SharpPart":
-        """Return the part with the plate's alpha in place of its light, to blur alpha alike."""
+        """Return the part with the plate's alpha in place of its light.
+
+        With it, alpha is blurred as a picture of its own, in the same way as the light.
+        """
         return SharpPart(self.alpha or self.light, self.alpha, self.coc)
 
 
@@ -76,7 +79,7 @@ class CutoutPass:
         self._ground = ComputeProgram(ctx, "defocus/cutout_ground.comp.glsl")
 
     def over_layers(self, sharp: SharpPart, ends_px: tuple[float, float], color: Texture) -> None:
-        """Composite the part within a range of coc over `color`, which keeps its alpha."""
+        """Composite the part whose coc is within `ends_px` over `color`, which keeps its alpha."""
         self._run(sharp, sharp.coc, ends_px, color, is_on_top=False)
 
     def on_top(self, sharp: SharpPart, coc: Texture, color: Texture) -> None:

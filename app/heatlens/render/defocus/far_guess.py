@@ -21,11 +21,14 @@ from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
 FAR_PARTS = "far parts"  # name of the step
 GUESSED_FROM_PX = 12.0  # least coc of both surfaces at an edge where a guess is used
-FRAGMENT_BYTES, WORD_BYTES = 12, 4
+FRAGMENT_BYTES, WORD_BYTES = 12, 4  # bytes of a fragment in a list, and of the start of a list
 
 
 def cuts_behind(optics: Optics, least_px: float) -> list[float]:
-    """Return the coc of the gaps behind the focus, near to far."""
+    """Return the signed coc in the middle of each gap behind the focus, near to far, in pixels.
+
+    Gaps up to `least_px`, and those beyond the farthest surface, are left out.
+    """
     middles = (float(ends.mean()) for ends in optics.gaps_px)
     return [px for px in middles if least_px < px < optics.farthest_px]
 
@@ -65,10 +68,11 @@ class FarGuess:
         least_px: float,
         scratch: Scratch,
     ) -> Steps[ListedFragments | None]:
-        """Return lists with one fragment for each cut, for a picture RGBA and its signed coc.
+        """Return lists with one fragment for each cut at each pixel; each fragment is a guess.
 
-        Surfaces whose coc is at most `least_px` are not behind the focus. Return None if the
-        picture has no gap from GUESSED_FROM_PX on.
+        `color` is the picture, RGBA, and `coc` its signed coc in pixels. Surfaces whose coc is at
+        most `least_px` are not behind the focus. Return None if the plate has no distances
+        (`optics.line` is None), or no gap with a coc above GUESSED_FROM_PX.
         """
         cuts_px = cuts_behind(optics, least_px)
         if optics.line is None or not cuts_px or cuts_px[-1] <= GUESSED_FROM_PX:
@@ -104,7 +108,11 @@ class FarGuess:
         levels: Texture,
         level_rects: list[LevelRect],
     ) -> Iterator[str]:
-        """Fill all levels of the pyramid with what is farther than `cut_px`."""
+        """Fill all levels of the pyramid with the surfaces whose coc is above `cut_px`.
+
+        First each level takes the mean of what is known of the finer one (pull). Then each level
+        takes what it lacks from the coarser one (push).
+        """
         self._pull_picture.dispatch(
             pixel_groups(level_rects[0][2:]),
             textures={"color_tx": color, "coc_tx": coc},

@@ -26,14 +26,18 @@ from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.device import Buffer, Device, Texture, TextureArray
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
-FAR_FROM_PX = 1.5  # coc of the whole picture from which a surface is behind the focus
-_SOFTNESS = 0.2
-_LINK_BYTES = 8
-_NO_PART = np.zeros((1, 4))
+FAR_FROM_PX = 1.5  # coc, in pixels at full size, from which a surface belongs to the far field
+_SOFTNESS = 0.2  # half width of the transition at that cut, as a share of its coc
+_LINK_BYTES = 8  # bytes for each surface in far_links.comp.glsl
+_NO_PART = np.zeros((1, 4))  # stands for a part in the call that begins the sum
 
 
 def is_in_parts(optics: Optics, settings: DefocusSettings) -> bool:
-    """Return whether the far field is blurred in parts, if its surfaces are known or guessed."""
+    """Return whether the far field is to be blurred in parts of the lens, and not in layers.
+
+    That is so if the settings ask for parts, the far field is blurred enough, and the focus plane
+    is level. It also needs known or guessed surfaces, which are not checked here.
+    """
     is_far = optics.farthest_px > 2 * FAR_FROM_PX * settings.proxy
     is_level = optics.line is None or optics.line.focus_offset.is_level
     return parts_for(settings) > 1 and is_far and is_level
@@ -42,8 +46,9 @@ def is_in_parts(optics: Optics, settings: DefocusSettings) -> bool:
 def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
     """Return the layers, far to near, with an additional cut where the far field begins.
 
-    If that makes too many layers, the new cut replaces its neighbour: the farther one, because the
-    far field blurs what lies behind the cut by itself, or the nearer one where none is farther.
+    `proxy` is the scale of the picture. If that makes too many layers, the new cut replaces its
+    neighbor: the farther one, because the far field blurs what lies behind the cut by itself, or
+    the nearer one where none is farther.
     """
     at_px = FAR_FROM_PX * proxy
     cut = Cut(at_px, at_px * _SOFTNESS)
@@ -64,10 +69,10 @@ def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
 
 @dataclass(frozen=True)
 class FarField:
-    """The view of the parts of the lens behind the focus.
+    """The mean view of all parts of the lens behind the focus.
 
-    total  rgb times the known share, and that share: the mean of all parts
-    zone   where it is used
+    total  RGBA: rgb times the known share of the pixel, and that share; the mean of all parts
+    zone   where the view is used in place of layers
     """
 
     total: Texture
@@ -76,7 +81,13 @@ class FarField:
 
 @dataclass(frozen=True)
 class _ViewMemory:
-    """The memory for the view of one part."""
+    """The memory for the view of one part of the lens, which all parts use in turn.
+
+    view   RGBA of the view; then the same, blurred
+    coc    diameter of the part's disc at each pixel, in pixels
+    heads  the last surface in the list of each pixel (far_links.comp.glsl)
+    links  for each surface, the previous one of its list
+    """
 
     view: Texture
     coc: Texture
@@ -111,7 +122,10 @@ class FarPartsPass:
         self._programs: dict[tuple[str, bool], ComputeProgram] = {}
 
     def _program(self, name: str, positions: int = 1) -> ComputeProgram:
-        """Return a program, which is built when it is first used."""
+        """Return the program far_`name`, which is built when it is first used.
+
+        With several `positions`, the part of the lens varies over the picture.
+        """
         key = name, positions > 1
         if key not in self._programs:
             defines = {"PART_VARIES": 1} if positions > 1 else {}
@@ -129,9 +143,10 @@ class FarPartsPass:
         poles: TextureArray,
         scratch: Scratch,
     ) -> Steps[FarField | None]:
-        """Diffuse the view of each part; return the mean view and the zone for it.
+        """Diffuse the view of each of the `parts` of the lens; return the mean view and its zone.
 
-        Return None if there is no zone.
+        `kernel` is the disc of a part, and `poles` is scratch memory for the blur. Return None if
+        surfaces of different blur overlap nowhere, so that there is no zone.
         """
         zone = self._zones.find(far_surfaces, optics, parts, scratch)
         yield FAR_PARTS
@@ -140,7 +155,7 @@ class FarPartsPass:
             return None
         memory = _ViewMemory.of(far_surfaces, scratch)
         total = scratch.texture("far sum", far_surfaces.coc.size, 4)
-        yield from self._add_view(memory, zone, total, None)
+        yield from self._add_view(memory, zone, total, None)  # begins the sum
         for part in lens_parts(optics.disc, far_surfaces.coc.size, parts):
             yield from self._render_view(far_surfaces, zone, part, memory)
             diffusion = Diffusion(memory.view, memory.coc, kernel, optics.disc.half_extents)
@@ -216,7 +231,7 @@ class FarPartsPass:
 
 
 def _part_uniforms(part: NDArray[np.float64]) -> dict[str, object]:
-    """Return the uniform of lib/lens_part.lib.glsl."""
+    """Return the uniform of lib/lens_part.lib.glsl for a part (positions, 4) of `lens_parts`."""
     positions = [tuple(position) for position in part]
     return {"lens_part": positions if len(positions) > 1 else positions[0]}
 

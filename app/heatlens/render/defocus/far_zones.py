@@ -26,7 +26,14 @@ _GUESSED_EDGES: dict[str, object] = {"nearest_px": GUESSED_FROM_PX, "thin_coc_px
 
 @dataclass(frozen=True)
 class FarSurfaces:
-    """The picture without highlights, the surfaces behind it, and the coc where far begins."""
+    """The surfaces behind the focus: those in the picture, and those behind them.
+
+    color       RGBA of the picture without highlights
+    coc         signed coc of the picture, pixels
+    lists       the surfaces behind those in the picture
+    least_px    coc above which a surface is behind the focus
+    is_guessed  the lists are guessed, not known
+    """
 
     color: Texture
     coc: Texture
@@ -61,7 +68,7 @@ class FarZone:
     blocks  for each block, the square of the reach of edges less the squared distance to them,
             pixels^2 (far_over.comp.glsl)
     tiles   the tiles in which the view of a part is needed
-    growth  how far the zones have grown from nothing, above 0 to 1
+    growth  how far the zones have grown since they appeared, above 0 up to 1
     """
 
     blocks: Texture
@@ -84,7 +91,10 @@ class FarZones:
     def find(
         self, far_surfaces: FarSurfaces, optics: Optics, parts: int, scratch: Scratch
     ) -> FarZone | None:
-        """Return the zones, or None if there are none; wait for the GPU."""
+        """Return the zones for `parts` parts of the lens, or None if there are none.
+
+        It waits for the GPU.
+        """
         blocks = self._spread_edges(far_surfaces, optics, parts, scratch)
         excess_px_2 = np.frombuffer(blocks.read(), np.float32).reshape(*blocks.size[::-1], 2)
         in_zone = (excess_px_2[..., 0] > 0.0) & (excess_px_2[..., 1] < FAR_WHOLE_PX_2)
@@ -106,7 +116,11 @@ class FarZones:
     def _spread_edges(
         self, far_surfaces: FarSurfaces, optics: Optics, parts: int, scratch: Scratch
     ) -> Texture:
-        """Find the edges of surfaces of different blur, and spread their reach."""
+        """Find the edges of surfaces of different blur, and spread their reach over the blocks.
+
+        Return RG of a pixel for each block of FAR_BLOCK x FAR_BLOCK pixels: the square of the reach
+        of edges less the squared distance to them, pixels^2; red for wide surfaces, green for thin.
+        """
         size = blocks_for(far_surfaces.coc.size, FAR_BLOCK)
         edges, spread, _ = self._programs()
         zone, zone_rows = (scratch.texture(name, size, 2) for name in ("far zone", "far zone rows"))
@@ -157,7 +171,7 @@ class FarZones:
 
 
 def tiles_near(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]:
-    """Return the tiles (rows, columns) with one of the blocks within `margin_px`."""
+    """Return which tiles (rows, columns) have one of the marked `blocks` within `margin_px`."""
     for axis in (0, 1):
         blocks = _near_along(np.moveaxis(blocks, axis, 0), math.ceil(margin_px / FAR_BLOCK))
         blocks = np.moveaxis(blocks, 0, axis)
@@ -165,8 +179,12 @@ def tiles_near(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]
 
 
 def _near_along(blocks: NDArray[np.bool_], margin: int) -> NDArray[np.bool_]:
-    """Return for each tile along the first axis whether a block is within `margin` blocks."""
-    side = TILE // FAR_BLOCK
+    """Return for each tile along the first axis whether a marked block is within `margin` blocks.
+
+    The second axis stays in blocks.
+    """
+    side = TILE // FAR_BLOCK  # blocks along the side of a tile
+    # How many marked blocks lie before each block: a range has one if its ends differ.
     counts_before = np.concatenate([np.zeros((1, blocks.shape[1]), int), blocks.cumsum(axis=0)])
     first_blocks = np.arange(0, len(blocks), side)
     low, high = (
@@ -176,5 +194,8 @@ def _near_along(blocks: NDArray[np.bool_], margin: int) -> NDArray[np.bool_]:
 
 
 def _part_scale(far_surfaces: FarSurfaces, parts: int) -> float:
-    """Return the diameter of a part over that of the lens, as zones are found for it."""
+    """Return the diameter of a part of the lens over that of the lens, for finding zones.
+
+    Zones of guessed surfaces are found for at most GUESSED_PARTS parts.
+    """
     return float(min(parts, GUESSED_PARTS if far_surfaces.is_guessed else parts) ** -0.5)

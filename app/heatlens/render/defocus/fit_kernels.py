@@ -2,7 +2,7 @@
 
 Not used when pictures are rendered. It needs SciPy, which the extra `fit` installs.
 
-`kernel_error.py` has the error that is minimised, and its mathematics. Given the poles, the mix M
+`kernel_error.py` has the error that is minimized, and its mathematics. Given the poles, the mix M
 solves linear equations, so that only the poles are searched: variable projection, after G. H. Golub
 and V. Pereyra, SIAM J. Numer. Anal. 10 (1973). The derivative along the poles follows from the
 Lagrangian at the solution. Poles are varied as log kappa, whose imaginary part phi is bounded:
@@ -28,14 +28,15 @@ from heatlens.render.defocus.kernel_error import LIGHT, VARIANCE, Complexes, Dis
 from heatlens.render.defocus.kernels import RIMS, named_kernel
 
 COS_LEAST = 0.16  # smallest cosine of half the argument of a pole
-PHASE_MOST = 2 * np.arccos(COS_LEAST)
+PHASE_MOST = 2 * np.arccos(COS_LEAST)  # largest argument of a pole, radians
+# Power p in the weight of the error (`kernel_error.py`), by the name of the kernel.
 POWERS = {"disc_2": 1.0, "disc_3": 1.0, "disc_4": 1.0, "disc_5": 0.75}
 _SIZES = float(np.log(3e-4)), float(np.log(0.1))  # log range of the poles at which a search starts
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Poles (J,), M (J, J) and the error E of a kernel."""
+    """A kernel of J poles: poles (J,), mixing weights M (J, J), and its error E."""
 
     poles: Complexes
     mix: Complexes
@@ -46,13 +47,13 @@ class Fit:
 # neighboring rims correspond then, and `rim_kernel` can mix them one by one. Searches from random
 # poles give them no common order.
 def fit_rims(name: str) -> list[Fit]:
-    """Return the kernels of discs with the rims `RIMS`, by the poles of a stored flat disc."""
+    """Return a kernel for each of `RIMS`, with as many poles as the stored flat disc `name`."""
     power, fits = POWERS[name], {}
     for sign in (1.0, -1.0):
         poles = named_kernel(name).poles
         for rim in sorted((r for r in RIMS if r * sign >= 0), key=abs):
             error = DiscError(power, rim)
-            if rim > RIMS[0]:
+            if rim > RIMS[0]:  # the last rim of this side keeps the poles of the one before
                 poles = refine_poles(error, poles).poles
             mix, _ = error.best_mix(poles)
             fits[rim] = Fit(poles, mix, error.evaluate(poles, mix)[0])
@@ -71,13 +72,15 @@ def fit_disc(count: int, power: float = 1.0, starts: int = 12, seed: int = 1) ->
 
 
 def refine_poles(error: DiscError, poles: Complexes) -> Fit:
-    """Return the kernel of least error found downhill from `poles`."""
+    """Return the kernel of least error that a search downhill from `poles` finds."""
     count = len(poles)
 
     def error_of(point: Reals) -> tuple[float, Reals]:
         poles_here = _poles_at(point, count)
         mix, multipliers = error.best_mix(poles_here)
         value, by_pole, _ = error.evaluate(poles_here, mix)
+        # The slope of the Lagrangian; light does not depend on the poles, so only the second
+        # constraint, the variance, adds to it.
         by_log = (by_pole + multipliers[1] * _moment_by_pole(mix)) * poles_here
         return error.decibels(value, _real_slopes(by_log))
 
@@ -118,7 +121,13 @@ def fit_of_rank(error: DiscError, start_fit: Fit, rank: int) -> Fit:
 
 @dataclass(frozen=True, eq=False)
 class _RankSearch:
-    """The error and the exact constraints at a point of log poles and V, with their gradients."""
+    """The error and the exact constraints at a point of a search, with their gradients.
+
+    A point holds log poles, then the real and the imaginary parts of V (J, rank), M = V V^T.
+
+    count  the number of poles, J
+    rank   the number of columns of V
+    """
 
     error: DiscError
     count: int
@@ -143,7 +152,7 @@ class _RankSearch:
         return np.array([mix.sum().real / LIGHT, _moment(poles, mix) / VARIANCE]) - 1
 
     def excess_slopes(self, point: Reals) -> Reals:
-        """Return the slopes of both (2, point)."""
+        """Return the slopes of `excess` along the point (2, length of the point)."""
         poles, images = self.poles_and_images(point)
         each = np.ones((self.count, self.count), np.complex128)
         light = _slopes(poles, images, 0 * poles, each)
@@ -153,14 +162,17 @@ class _RankSearch:
 
 
 def _slopes(poles: Complexes, images: Complexes, by_pole: Complexes, by_mix: Complexes) -> Reals:
-    """Convert gradients along poles and M = V V^T to gradients along log poles and V."""
+    """Convert gradients along the poles and M = V V^T to gradients along log poles and V.
+
+    `images` is V (J, rank). The result has the layout of a point of `_RankSearch`.
+    """
     return np.concatenate(
         [_real_slopes(by_pole * poles), _real_slopes((by_mix + by_mix.T) @ images)]
     )
 
 
 def _real_slopes(slopes: Complexes) -> Reals:
-    """Return slopes along real and imaginary parts from the complex slopes of `DiscError.of`."""
+    """Return slopes along real and imaginary parts from complex ones, as `evaluate` gives them."""
     return np.concatenate([slopes.real.ravel(), -slopes.imag.ravel()])
 
 
@@ -182,7 +194,7 @@ def _bounds(count: int) -> list[tuple[float | None, float | None]]:
 
 
 def _moment(poles: Complexes, mix: Complexes) -> float:
-    """Return the variance along an axis for a disc of diameter 1."""
+    """Return the variance along an axis of a kernel for a disc of diameter 1."""
     return float(2 * (mix.sum(axis=1) @ poles).real)
 
 
@@ -193,7 +205,10 @@ def _moment_by_pole(mix: Complexes) -> Complexes:
 
 
 def images_of(mix: Complexes) -> Complexes:
-    """Return V (J, J) with M = V V^T, the columns of the largest share first (Takagi)."""
+    """Return V (J, J) with M = V V^T, the columns with the largest share first.
+
+    This is the Takagi factorization of the symmetric matrix M.
+    """
     left, share, right = np.linalg.svd(mix)
     phase = np.sqrt(np.diagonal(left.conj().T @ right.T))
     images: Complexes = left * phase * np.sqrt(share)
@@ -201,7 +216,7 @@ def images_of(mix: Complexes) -> Complexes:
 
 
 def entry_of(fit: Fit) -> dict[str, object]:
-    """Return a kernel as it is written in the file."""
+    """Return a kernel as an entry of the JSON file."""
     moment = _moment(fit.poles, fit.mix)
     return {
         "kappa": [_rounded_pair(pole) for pole in fit.poles],

@@ -1,4 +1,4 @@
-"""Count the depths of a picture as a lens with a tilted focus plane blurs them."""
+"""Count the depths of a picture, in dioptres, relative to a tilted or split focus plane."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ _CACHED_RESULTS = 4  # results in the cache, because the focus moves more often 
 
 
 class FocusOffsetSurvey:
-    """Moves the bins of a picture by the dioptres that a tilt or a split adds at each pixel."""
+    """Counts the dioptres of a picture less what a tilt or a split adds at each pixel."""
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
@@ -32,9 +32,10 @@ class FocusOffsetSurvey:
         bins: ValueBins,
         focus_offset: FocusOffset,
     ) -> ValueBins:
-        """Return the bins of a picture's dioptres less what `focus_offset` adds at each.
+        """Return the bins of the picture's dioptres less what `focus_offset` adds at each pixel.
 
-        `bins` are those of the same picture without a tilt.
+        `depth` is in meters; `fragments` are the lists of the plate, None without lists. `bins` are
+        those of the same picture without an offset, and are returned if the offset is level.
         """
         if focus_offset.is_level:
             return bins
@@ -57,7 +58,7 @@ class FocusOffsetSurvey:
         """Count the tilted dioptres of all pixels and fragments on the GPU, and wait for it."""
         least, most = focus_offset.dioptre_limits(Box(0, 0, *depth.size))
         low, high = bins.low - most, bins.high - least
-        line = CocLine(0.0, 1.0, focus_offset)
+        line = CocLine(0.0, 1.0, focus_offset)  # gives dioptres, not pixels
         lists = None if fragments is None else ListedFragments(fragments, line)
         uniforms = line.focus_offset_uniforms if lists is None else lists.uniforms
         per_step = 1.0 / max(bin_step(low, high), 1e-30)

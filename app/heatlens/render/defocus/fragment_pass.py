@@ -19,6 +19,9 @@ from heatlens.render.gpu.program import ComputeProgram
 class Fragments:
     """The picture with its silhouette pixels split, in textures of one size.
 
+    A rim pixel lies on a silhouette, where anti-aliasing has mixed the colors of a near and a far
+    surface. At its middle, a far rim shows the far surface, and a near rim the near one.
+
     color   rgb
     coc     signed diameter, pixels
     kind    whole, far rim, near rim or listed; with lists also the coc at which each begins
@@ -60,7 +63,7 @@ _Uniforms = dict[str, object]
 # seen at its middle: the near surface covers at most half of a far rim pixel, and at least half of
 # a near rim pixel. That limit: mean FLIP of eleven lenses .0432 -> .0419.
 class FragmentPass:
-    """Computes kind, far and near of a `Fragments` from its colour and coc."""
+    """Computes `kind`, `far` and `near` of a `Fragments` from its color and coc."""
 
     def __init__(self, ctx: Device) -> None:
         self._find = ListProgram(ctx, "defocus/fragments_find.comp.glsl")
@@ -77,7 +80,10 @@ class FragmentPass:
     def steps(
         self, picture: Fragments, optics: Optics, pixels: Buffer, thin: Buffer
     ) -> Iterator[None]:
-        """Split the silhouette pixels of `picture`; `pixels` and `thin` are scratch memory."""
+        """Split the silhouette pixels of `picture`, in short steps.
+
+        `pixels` and `thin` are scratch memory: the lists of rim pixels and of pixels of hair.
+        """
         clear_list(pixels)
         clear_list(thin)
         edge_buffers: _Buffers = {"two_lists_block": pixels}
@@ -113,7 +119,7 @@ class FragmentPass:
     def _classify_pixels(
         self, picture: Fragments, uniforms: _Uniforms, out_buffers: _Buffers
     ) -> Iterator[None]:
-        """Write the kind of each pixel, and list the rim pixels."""
+        """Write the kind of each pixel, and list the rim pixels in `out_buffers`."""
         lists = picture.lists
         list_values = {} if lists is None else {"is_measured": lists.is_measured}
         return self._bands.run(

@@ -32,12 +32,12 @@ from heatlens.render.gpu.program_versions import ProgramVersions
 from heatlens.render.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP, HIGHLIGHT_LEVELS
 from heatlens.render.gpu.textures import OpeningTextures
 
-SPRITES_MAX = 4096
+SPRITES_MAX = 4096  # largest number of discs in a picture
 _AREA_MAX = 24.0  # pixels drawn per pixel of the picture: hundreds of discs a third as wide
 _SURROUNDINGS_PX = 16.0  # smallest diameter of the surroundings of a pixel
 _PIXELS_A_BAND = 1 << 17  # drawn in a step, because hundreds of discs may overlap there
-_SPRITE_BYTES = 32
-PLAN_BYTES = 4 * (9 + 2 * HIGHLIGHT_LEVELS)
+_SPRITE_BYTES = 32  # bytes of a disc in the list
+PLAN_BYTES = 4 * (9 + 2 * HIGHLIGHT_LEVELS)  # bytes of `Plan`, which highlight_plan writes
 
 
 def block_count(size: tuple[int, int]) -> int:
@@ -47,7 +47,14 @@ def block_count(size: tuple[int, int]) -> int:
 
 @dataclass(frozen=True)
 class HighlightBuffers:
-    """Scratch of the highlight passes."""
+    """Scratch memory of the highlight passes. Levels are those at which highlights are merged.
+
+    tally   how many discs each block of pixels has, for each level
+    plan    the chosen level and the arguments of later dispatches (highlight_plan.comp.glsl)
+    row     how many discs each row of blocks has, for each level; then where its discs begin
+    sprite  the list of discs
+    lit     the list of blocks that hold light
+    """
 
     tally: Buffer
     plan: Buffer
@@ -70,7 +77,7 @@ class HighlightBuffers:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Scratch for the surroundings of a pixel, all of half the size.
+    """Scratch memory to measure the surroundings of a pixel, all of half the picture's size.
 
     luminance  RGBA
     coc        R, in the corner of the texture
@@ -84,7 +91,11 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class ListsWithoutHighlights:
-    """Fragment lists, and memory for the words of the same lists without their highlights."""
+    """Fragment lists, and memory for the same lists without their highlights.
+
+    whole      the lists with their highlights
+    low_words  the words of the lists without them
+    """
 
     whole: ListedFragments
     low_words: Buffer
@@ -147,9 +158,11 @@ class HighlightSplitPass:
         out: WithoutHighlights,
         has_places: bool = False,
     ) -> Iterator[None]:
-        """Split `color` into the textures of `out`, and the colours of lists too.
+        """Split `color` and the colors of the lists into the textures and buffers of `out`.
 
-        `has_places`: the position of each light in its pixel is known, see `HighlightListPass`.
+        The luminance is measured at half size, then diffused to that of the surroundings of each
+        pixel. What is brighter than its surroundings is a highlight. `has_places`: the position of
+        each light in its pixel is known, see `HighlightListPass`.
         """
         lists = out.lists
         source_lists = None if lists is None else lists.whole
@@ -164,6 +177,7 @@ class HighlightSplitPass:
             buffers=list_buffers(source_lists) | {"lit_block": out.lit},
         )
         if lists is not None:
+            # the shader takes the highlights out of this copy
             words = lists.whole.packed_lists.words
             words.copy_to(lists.low_words)
         heat = named_kernel("heat")
@@ -211,9 +225,10 @@ class HighlightListPass:
         coc: Texture,
         places: Texture | None = None,
     ) -> Iterator[None]:
-        """Fill the list; if it would be too long, put the highlights back.
+        """Fill the list of discs in `buffers`; put highlights back if there are too many.
 
-        `places`, RGBA of the picture's size, has the position of each light in its pixel.
+        `coc` is the signed coc of the picture. `places`, RGBA of the picture's size, has the
+        position of each light in its pixel; None if it is not known.
         """
         size = split.high.size
         plan_buffers = {"plan_block": buffers.plan, "row_block": buffers.row}
@@ -237,6 +252,7 @@ class HighlightListPass:
             uniforms=optics.disc.uniforms
             | {"has_places": places is not None, "area_max": _AREA_MAX * size[0] * size[1]},
         )
+        # Count the discs of every level of merging, choose a level, then write the discs of that.
         count = self._count.version(**optics.disc.switches)
         write = self._write.version(**optics.disc.switches)
         yield from merge_steps(count, size)
@@ -254,7 +270,7 @@ class HighlightListPass:
         uniforms: dict[str, object],
         **inputs: Any,
     ) -> Iterator[None]:
-        """Run on the listed blocks of a picture of `size`."""
+        """Run `program` on the listed blocks of a picture of `size`, in slices."""
         for slice_uniforms in self._slices.of(size):
             program.dispatch(
                 buffers["pixel_list_block"],
@@ -265,7 +281,10 @@ class HighlightListPass:
             yield
 
     def _put_back(self, split: WithoutHighlights, buffers: HighlightBuffers, coc: Texture) -> None:
-        """Add the highlights to the rest again, if the plan says that they are too many."""
+        """Add the highlights to the rest again, if the plan says that they are too many.
+
+        The plan holds the number of workgroups at its byte 20; it is 0 if nothing is put back.
+        """
         lists, textures = split.lists, {"high_tx": split.high}
         source_lists = None if lists is None else lists.whole
         plan_buffers = {"tally_block": buffers.tally, "plan_block": buffers.plan}
@@ -319,7 +338,8 @@ class HighlightDrawPass:
         """Add every disc of the list to `color`, except where `picture` or `sharp` hides it.
 
         `nearest`, R of a pixel for each tile, has the least signed coc there.
-        It is drawn in bands without a GPU, so that many large discs do not hold up the window.
+        On a software rasterizer discs are drawn in bands, so that many large ones do not hold up
+        the window.
         """
         width, height = color.size
         rows = max(1, _PIXELS_A_BAND // width) if self._is_drawn_in_bands else height
@@ -338,7 +358,10 @@ class HighlightDrawPass:
         band: tuple[int, int, int, int],
         sharp: SharpPart | None,
     ) -> None:
-        """Draw only into `band` (x, y, width, height); set all state that others change."""
+        """Draw all discs, but only into `band` (x, y, width, height).
+
+        All state of the device that other draws may have changed is set again.
+        """
         has_lists = picture.lists is not None
         program = self._programs.version(LISTS=has_lists, **optics.disc.switches)
         quads = self._quads_of(program, buffers.sprite)
@@ -369,7 +392,10 @@ class HighlightDrawPass:
         target.scissor = None
 
     def _quads_of(self, program: DrawProgram, sprites: Buffer) -> VertexArray:
-        """Return the vertex array of a program for the buffer of discs; the latest is kept."""
+        """Return the vertex array of a program for the buffer of discs.
+
+        The latest array of each program is kept, and replaced if the buffer is another one.
+        """
         cached = self._quads.get(program)
         if cached is None or cached[0] is not sprites:
             if cached is not None:

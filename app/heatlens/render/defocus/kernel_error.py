@@ -1,4 +1,4 @@
-"""Compute the error of a kernel against a disc, which `fit_kernels.py` minimises. Needs SciPy.
+"""Compute the error of a kernel against a disc, which `fit_kernels.py` minimizes. Needs SciPy.
 
 A disc is approximated by a function of the line Laplacians that costs the same for every size,
 
@@ -33,12 +33,15 @@ Reals = npt.NDArray[np.float64]
 Complexes = npt.NDArray[np.complex128]
 
 LIGHT, VARIANCE = 1.0, 1 / 16
-IMAGE_SPECTRUM = 0.3  # constant in the weight of the error
+IMAGE_SPECTRUM = 0.3  # the constant 0.3 in the weight w(q) of the error
 _FREQUENCY_MOST, _RADII, _ANGLES = 60.0, 480, 12  # samples of the integral
 
 
 class DiscError:
-    """The error E of kernels against a disc, by quadrature over an eighth of the frequencies."""
+    """The error E of kernels against a disc, by quadrature over an eighth of the frequencies.
+
+    By symmetry, an eighth of the directions stands for all of them.
+    """
 
     def __init__(self, power: float = 1.0, rim: float = 0.0) -> None:
         """Set up the error with the `power` p of the weight, for a disc with a `rim`, -1 to 1."""
@@ -48,6 +51,7 @@ class DiscError:
         self._across_2 = (np.outer(radius, np.cos(angle)) ** 2).ravel()
         self._down_2 = (np.outer(radius, np.sin(angle)) ** 2).ravel()
         self._weight = np.outer(weight, per_angle).ravel()
+        # A disc with a rim has the size at which its variance is that of the flat disc.
         spread = np.sqrt(4 * variance(Blades(0, 0.0, 0.0), rim))
         self._disc = np.repeat(spectrum(radius / spread, rim), _ANGLES)
 
@@ -65,14 +69,15 @@ class DiscError:
         return in_decibels, 10 / np.log(10) / value * slopes
 
     def evaluate(self, poles: Complexes, mix: Complexes) -> tuple[float, Complexes, Complexes]:
-        """Return E, dE/dkappa (J,) and dE/dM (J, J).
+        """Return E, dE/dkappa (J,) and dE/dM (J, J) for the poles kappa and the mix M.
 
-        E changes by the real part of their products with changes of kappa and M.
+        E changes by the real part of the products of these slopes with changes of kappa and M.
         """
         across, down = self._factors(poles)
         mixed_across, mixed_down = mix @ across, mix @ down
         difference = np.sum(across * mixed_down, axis=0).real - self._disc
         weighted = self._weight * difference
+        # Derivatives of the factors f_a along kappa_a.
         slope_across = -4 * self._across_2 * across**2
         slope_down = -4 * self._down_2 * down**2
         by_pole = 2 * (slope_across * mixed_down + slope_down * mixed_across) @ weighted
@@ -80,7 +85,11 @@ class DiscError:
         return float(weighted @ difference), by_pole, (by_mix + by_mix.T) / 2
 
     def best_mix(self, poles: Complexes) -> tuple[Complexes, Reals]:
-        """Return the M of least error with light and variance exact, and their two multipliers."""
+        """Return the M (J, J) of least error with exact light and variance, for given `poles`.
+
+        The second result are the Lagrange multipliers (2,) of light and variance.
+        """
+        # M is symmetric: the unknowns are the real and imaginary parts of M_ab with a <= b.
         pairs = [(a, b) for a in range(len(poles)) for b in range(a, len(poles))]
         across, down = self._factors(poles)
         columns, light, variance = [], [], []
@@ -92,6 +101,7 @@ class DiscError:
             variance += [moment.real, -moment.imag]
         basis, constraints = np.array(columns), np.array([light, variance])
         weighted = basis * self._weight
+        # The Lagrangian is stationary: least squares with two linear constraints.
         system = np.block(
             [[2 * weighted @ basis.T, constraints.T], [constraints, np.zeros((2, 2))]]
         )
@@ -103,7 +113,7 @@ class DiscError:
         return mix, solution[-2:]
 
     def _factors(self, poles: Complexes) -> tuple[Complexes, Complexes]:
-        """Return f_a (J, frequencies) along both axes."""
+        """Return the factors f_a(u) and f_a(v) of each pole, each (J, frequencies)."""
         kappa = poles[:, None]
         return 1 / (1 + 4 * kappa * self._across_2), 1 / (1 + 4 * kappa * self._down_2)
 
@@ -134,7 +144,10 @@ def _fading_spectrum(frequency: Reals, power: int) -> Reals:
 
 
 def _gauss_points(edges: Reals, count: int) -> tuple[Reals, Reals]:
-    """Return points and weights of Gauss-Legendre quadrature with `count` in each interval."""
+    """Return points and weights of Gauss-Legendre quadrature, `count` in each interval of `edges`.
+
+    Both results are flat, ascending.
+    """
     points, weights = np.polynomial.legendre.leggauss(count)
     half = np.diff(edges)[:, None] / 2
     return (edges[:-1, None] + half * (points + 1)).ravel(), (half * weights).ravel()

@@ -3,12 +3,14 @@
 They are fitted by `fit_kernels.py` (`kernel_error.py` has the mathematics) and stored in
 `disc_kernels.json` and, for discs with a bright or a soft rim, in `rim_kernels.json`.
 
-A kernel is poles kappa (J,) and mixing weights M (J, J), symmetric, sum Re M = 1:
+A kernel has J poles kappa (J,) and symmetric mixing weights M (J, J) with sum Re M = 1. It turns a
+picture x into the blurred picture y:
 
     y = Re sum_ab M_ab (1 + kappa_b L_y)^-1 (1 + kappa_a L_x)^-1 x
 
-with the conductances of L in pixels^2 of the disc's diameter. `heat` is the one implicit step of
-Kass, Lefohn, Owens (2006); its kappa 1/32 gives it the variance d^2/16 of a disc of diameter d.
+L_x and L_y are the Laplacians along rows and columns. Their conductances are the squared diameters
+of the discs, in pixels^2. `heat` is the one implicit step of Kass, Lefohn, Owens (2006); its kappa
+1/32 gives it the variance d^2/16 of a disc of diameter d.
 """
 
 import json
@@ -19,7 +21,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-# With this value, the radius at half height is within 3 % of the disc's from d = 4 px on.
+# The constant c of the compact Laplacian of discs. With this value, the radius at half height is
+# within 3 % of the disc's from a diameter of 4 px on.
 DISC_COMPACT = 0.1
 
 # The rims for which there are kernels; kernels of other rims are mixed from the two nearest.
@@ -31,9 +34,12 @@ _RIM_FILE = Path(__file__).with_name("rim_kernels.json")
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """Poles (J,) and mixing weights (J, J), complex128; `steps` times one after the other.
+    """A kernel of the blur; without complex numbers for heat and Gaussian.
 
-    `compact` is c of the compact Laplacian L / (1 - c L), see shaders/lib/compact.lib.glsl; 0: L.
+    poles    kappa (J,), complex128
+    mix      mixing weights M (J, J), complex128
+    steps    how many times the kernel is applied, one after the other
+    compact  c of the compact Laplacian L / (1 - c L), see shaders/lib/compact.lib.glsl; 0 for L
     """
 
     name: str
@@ -73,7 +79,7 @@ def rim_kernel(name: str, rim: float) -> Kernel:
     fraction = step - low
     poles = (1 - fraction) * poles_low + fraction * poles_high
     mix = (1 - fraction) * mix_low + fraction * mix_high
-    variance = 2 * (mix.sum(axis=1) @ poles).real
+    variance = 2 * (mix.sum(axis=1) @ poles).real  # of a disc of diameter 1; made 1/16 below
     return replace(flat, name=f"{name}_rim", poles=poles / (16 * variance), mix=mix)
 
 

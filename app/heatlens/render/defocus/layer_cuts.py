@@ -43,7 +43,10 @@ _SOFTNESS = 0.01  # half width of a cut's transition, as a share of the range
 # face with known surfaces: .0153 with them, .0105 without).
 @lru_cache(maxsize=16)
 def gaps_of(bins: ValueBins) -> Array:
-    """Return the ends (n, 2) of the transition of each cut, in the unit of `bins`, ascending."""
+    """Return the ends (n, 2) of the transition of each cut, in the unit of `bins`, ascending.
+
+    n is 0 if nearly all values are equal, or no cut is worth its cost.
+    """
     shares = bins.counts / bins.counts.sum()
     low, high = np.interp((_OUTLIER_SHARE, 1.0 - _OUTLIER_SHARE), np.cumsum(shares), bins.middles)
     if not bin_step(low, high):
@@ -60,7 +63,10 @@ def gaps_of(bins: ValueBins) -> Array:
 # layers up to a cell with n cuts are therefore the cheapest up to an earlier cell with n - 1 cuts,
 # and one more layer. No set has to be tried as a whole.
 def _cheapest_cuts(cells: Array) -> list[int]:
-    """Return the cells before which to cut, ascending."""
+    """Return the numbers of the cells before which to cut, ascending.
+
+    `cells` is the share of all values in each cell.
+    """
     layers, crossing = _layer_costs(cells), _LAYER + _CROSSING * (_cost_weights()[1] @ cells)
     costs, previous_cells = (
         [layers[0]],
@@ -70,7 +76,7 @@ def _cheapest_cuts(cells: Array) -> list[int]:
         candidates = (costs[-1] + crossing)[:, None] + layers
         previous_cells.append(candidates.argmin(axis=0))
         costs.append(candidates.min(axis=0))
-    cuts = [_CELLS]
+    cuts = [_CELLS]  # the end of the last layer; the cuts are followed back from there
     for previous in previous_cells[: int(np.argmin([cost[-1] for cost in costs]))][::-1]:
         cuts.append(int(previous[cuts[-1]]))
     return cuts[:0:-1]
@@ -79,7 +85,10 @@ def _cheapest_cuts(cells: Array) -> list[int]:
 # The cost of a layer is a sum over all pairs of its cells. A summed-area table of the pairs gives
 # that sum for every first and last cell at once.
 def _layer_costs(cells: Array) -> Array:
-    """Return the cost of a layer from each cell (row) to each later one (column), else infinity."""
+    """Return the cost of a layer from each first cell (row) to each end (column), exclusive.
+
+    The cost is infinite where the end is not after the first cell.
+    """
     pairs = np.zeros((_CELLS + 1, _CELLS + 1))
     pairs[1:, 1:] = (cells[:, None] * cells * _cost_weights()[0]).cumsum(axis=0).cumsum(axis=1)
     diagonal = np.diagonal(pairs)
@@ -89,7 +98,10 @@ def _layer_costs(cells: Array) -> Array:
 
 @cache
 def _cost_weights() -> tuple[Array, Array]:
-    """Return the cost of each pair of cells in a layer, and how near each cut is to each cell."""
+    """Return the cost of each pair of cells in a layer, and how much each cut crosses each cell.
+
+    The first are (cells, cells), the second (cells + 1, cells), from 0 (far away) up to 1.
+    """
     cells = np.arange(_CELLS)
     pair_distance = np.abs(cells[:, None] - cells) / _CELLS
     cut_distance = np.abs(np.arange(_CELLS + 1)[:, None] - cells - 0.5) / _CELLS
@@ -141,10 +153,11 @@ class LayerCut:
 def layer_cuts(
     occupied_px: Array, gaps_px: Array, layers_max: int, proxy: float = 1.0
 ) -> list[LayerCut]:
-    """Return the layers for the signed coc in a picture (ascending), far to near.
+    """Return at most `layers_max` layers of a picture, far to near.
 
-    `gaps_px` are the ends (n, 2) of the transitions of cuts in gaps, ascending. Empty layers are
-    left out. A picture scaled by `proxy` is cut at the same depths as the whole picture.
+    `occupied_px` is the signed coc that occurs in the picture, ascending. `gaps_px` are the ends
+    (n, 2) of the transitions of cuts in gaps, ascending. Empty layers are left out. A picture
+    scaled by `proxy` is cut at the same depths as the whole picture.
     """
     whole = _cuts_at_full_size(occupied_px / proxy, gaps_px / proxy, layers_max)
     return whole if proxy == 1.0 else [_scale_layer(layer, proxy) for layer in whole]

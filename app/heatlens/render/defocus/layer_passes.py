@@ -24,8 +24,8 @@ class Layer:
     state  r = |coc| in pixels of the layer, g = how much content it has, 0..1
     size   of the layer; if it is smaller than the picture, it is in the corner of the textures
     mask   the active tiles; `tile_list` has the same tiles as a list
-    list_info  two values for each pixel from its fragment list (layer_split.comp.glsl); None
-               without lists
+    list_info  r = share of the layer known from the pixel's fragment list, g = depth visible
+               behind the silhouette, pixels (layer_split.comp.glsl); None without lists
     """
 
     color: Texture
@@ -50,7 +50,10 @@ class LayerSplitPass:
     def steps(
         self, picture: Fragments, plan: LayerPlan, pixels: Buffer, out: Layer
     ) -> Iterator[None]:
-        """Write the layer of `plan` at the plan's size, and list its hidden `pixels`."""
+        """Write the layer of `plan` to `out` at the plan's size, in short steps.
+
+        `pixels` becomes the list of the layer's pixels that nearer layers hide.
+        """
         clear_list(pixels)
         uniforms = {
             **_limit_uniforms(plan.cut),
@@ -93,8 +96,10 @@ class HiddenScratch:
 
     bits    which pixels are visible; at first all are, see `SeenBitsPass`
     blocks  list of blocks to fill, of size `list_bytes` of the picture
-    cost    RGBA, a pixel for each block of 2 x 2
-    match   like `cost`; only with fragment lists that are matched to the picture
+    cost    RGBA of a pixel for each block of 2 x 2: how much the visible pixels at both ends
+            differ, one direction in each channel
+    match   RGBA in the same size: how the brightness of listed surfaces differs from that of
+            visible ones; None unless fragment lists are matched to the picture
     """
 
     bits: StorageBuffer
@@ -114,7 +119,7 @@ class HiddenScratch:
 # blurred coverage instead (a fence: FLIP .091 -> .094, .077 -> .083). Deep behind a silhouette,
 # where the ends are far away, 2 x 2 pixels share one guess.
 class HiddenFillPass:
-    """Guesses hidden colours: continues visible structures behind nearer layers."""
+    """Guesses hidden colors: continues visible structures behind nearer layers."""
 
     def __init__(self, ctx: Device) -> None:
         blocks, cost, fill = (
@@ -210,7 +215,10 @@ def _match_textures(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _T
 # nearer one, as a lens shows it: near leaves are soft, and nothing glows into them. Otherwise the
 # silhouette would be hard.
 class CocFillPass:
-    """Extends the coc of a layer beyond its content, and softens it at silhouettes."""
+    """Extends the coc of a layer beyond its content, so that content spreads with its own blur.
+
+    It also softens the coc at silhouettes within the layer.
+    """
 
     _SYSTEM = LineSystem("lib/fill_system.lib.glsl")
 
@@ -229,8 +237,9 @@ class CocFillPass:
     ) -> Iterator[None]:
         """Write a diameter to every pixel of `out_coc`, or only in the tiles of `mask`.
 
-        `rows` is scratch memory of `rows_bytes` each. `corner` is the size of a layer that is in
-        the corner of the textures.
+        `state` is that of a `Layer`. `axis_scales` are the diameters along x and y, relative to the
+        coc. `rows` is scratch memory of `rows_bytes` each. `corner` is the size of a layer that
+        fills only the corner of the textures.
         """
         size = corner or state.size
         uniforms = {"kappa": 1.0, "is_near": cut.is_before_focus}
@@ -277,7 +286,9 @@ class CompositePass:
     ) -> None:
         """Composite a `blurred` layer over `color`; the farthest layer replaces it.
 
-        If `plan.share` < 1, composite over `behind` and cross-fade with `color`.
+        If `plan.share` < 1, `color` holds the picture with this layer at twice the size already,
+        and `behind` the picture without the layer: composite over `behind` and cross-fade with
+        `color`.
         """
         list_words, mask, is_mixed = blurred.tile_list.words, blurred.mask, plan.share < 1.0
         behind_textures: _Textures = {"behind_tx": behind} if is_mixed else {}

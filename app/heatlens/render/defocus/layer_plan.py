@@ -18,7 +18,7 @@ LEAST_REDUCED_PX = 7.0  # smallest coc of a reduced layer, in its own pixels
 ALONE_FROM_PX = 8.0  # coc from which a reduced layer is not mixed with the one at twice its size
 LEAST_REDUCED_SIDE = 64  # smallest shorter side of a reduced layer; smaller ones gain little
 SPREAD = 1.0  # reach of a kernel, relative to the coc; beyond it, less than a thousandth is left
-MARGIN_PX = 8.0  # neighbourhood used by the fill, and by enlarging a reduced layer
+MARGIN_PX = 8.0  # neighborhood used by the fill, and by enlarging a reduced layer
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class LayerPlan:
         return low_px < 1.0 and high_px > -1.0
 
     def size(self, picture: tuple[int, int]) -> tuple[int, int]:
-        """Return width and height of the layer, given those of the picture."""
+        """Return width and height of the layer, given those of the picture, rounded up."""
         return -(-picture[0] // self.reduction), -(-picture[1] // self.reduction)
 
     @property
@@ -84,6 +84,7 @@ def layer_plans(cuts: list[LayerCut], optics: Optics, size: tuple[int, int]) -> 
 def _plan_layer(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
     """Plan the layer of `cut` in a picture whose shorter side is `side_px`."""
     coc = optics.occupied_px
+    # a plan of the cut alone, only for its ends
     low, high = (np.searchsorted(coc, end) for end in LayerPlan(cut, 1, 0.0, 0.0).ends_px)
     layer_coc = coc[max(low - 1, 0) : high + 1]  # a limit may lie within a bin
     widest_px = float(np.max(np.abs(layer_coc), initial=0.0))
@@ -93,6 +94,7 @@ def _plan_layer(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
     share = np.clip(
         (narrowest_px / reduction - LEAST_REDUCED_PX) / (ALONE_FROM_PX - LEAST_REDUCED_PX), 0.0, 1.0
     )
+    # the blur of what hides the layer: the nearest surface is blurred most
     nearer_px = 0.0 if cut.is_nearest else max(-optics.nearest_px, 0.0)
     uncovered_px = max(optics.disc.half_extents) * (nearer_px + widest_px) / 2 + MARGIN_PX
     return LayerPlan(
@@ -101,7 +103,11 @@ def _plan_layer(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
 
 
 def _least_px(cut: LayerCut, farthest_px: float) -> float:
-    """Return the smallest |coc| of a layer by its cut, which moves little during a focus pull."""
+    """Return the smallest |coc| in pixels that a layer can hold, by its limits.
+
+    Limits move little during a focus pull. `farthest_px` is the largest signed coc in the layer; it
+    is used if the layer is in front of the focus and nothing is behind it.
+    """
     if not cut.is_before_focus:
         return cut.near.at_px - cut.near.half_width_px
     if cut.far is FARTHER_THAN_ALL:
@@ -110,7 +116,11 @@ def _least_px(cut: LayerCut, farthest_px: float) -> float:
 
 
 def reach_tiles(plan: LayerPlan, nearest_px: float, wider_scale: float, tile_px: float) -> int:
-    """Return the distance from its content, in tiles, up to which a layer can be visible."""
+    """Return the distance from its content, in tiles, up to which a layer can be visible.
+
+    `nearest_px` is the smallest signed coc in the picture, `wider_scale` the larger half extent of
+    a disc, and `tile_px` the side of a tile in pixels of the picture.
+    """
     uncovered = (max(-nearest_px, 0.0) + plan.widest_px) / 2
     reach = wider_scale * max(SPREAD * plan.widest_px, uncovered) + MARGIN_PX
     return math.ceil(reach / tile_px) + 1

@@ -56,7 +56,11 @@ class LayerBlur:
         settings: DefocusSettings,
         out: Texture,
     ) -> Steps[Layer]:
-        """Return one layer, blurred; composite it over `out` if both have the same size."""
+        """Return the layer of `plan`, blurred, in its active `tiles`.
+
+        If the layer is as large as the picture, the blur itself composites it over `out`; otherwise
+        the caller has to.
+        """
         layer, layer_coc = yield from self._prepare_layer(picture, plan, tiles, optics)
         is_in_front, rim = plan.cut.is_before_focus, optics.disc.aperture.rim
         diffusion = Diffusion(
@@ -82,7 +86,7 @@ class LayerBlur:
         tiles: LayerTiles,
         optics: Optics,
     ) -> Steps[tuple[Layer, Texture]]:
-        """Return a layer with hidden pixels filled, and its coc, in the active tiles."""
+        """Return a layer with its hidden pixels filled, and its diameters, in the active tiles."""
         picture_size, scratch = picture.coc.size, self._scratch
         hidden = scratch.buffer("hidden list", list_bytes(picture_size))
         color = scratch.texture("layer", picture_size, 4)
@@ -93,11 +97,11 @@ class LayerBlur:
         layer = Layer(color, state, plan.size(picture_size), tiles.mask, tiles.tile_list, list_info)
         split = self._passes.split.steps(picture, plan, hidden, layer)
         yield from self._scratch.run_pass("layer split", split)
-        if not plan.cut.is_nearest:
+        if not plan.cut.is_nearest:  # nothing hides the nearest layer
             yield from self._scratch.run_pass(
                 "hidden fill", self._fill_hidden(layer, hidden, plan, picture, tiles.visible_bits)
             )
-        self._scratch.end_pass("hidden fill")
+        self._scratch.end_pass("hidden fill")  # frees the memory of the nearest layer too
         layer_coc = scratch.texture("layer coc", picture_size, 1)
         row_bytes = CocFillPass.rows_bytes(picture_size)
         rows = (
@@ -118,7 +122,7 @@ class LayerBlur:
         picture: Fragments,
         visible_bits: BufferPart,
     ) -> Iterator[None]:
-        """Fill the pixels of a layer in the list `hidden`, in steps."""
+        """Guess the pixels of `layer` in the list `hidden`, in short steps."""
         picture_size, blocks = picture.coc.size, blocks_for(picture.coc.size, 2)
         hidden_scratch = HiddenScratch(
             visible_bits,
@@ -129,6 +133,7 @@ class LayerBlur:
             else None,
         )
         reach_px = math.ceil(plan.uncovered_px / plan.reduction)
+        # only a layer in focus, at full size, may hold highlights
         around = picture.around if plan.is_in_focus and plan.reduction == 1 else None
         return self._passes.hidden.steps(layer, hidden, hidden_scratch, reach_px, around)
 
@@ -173,7 +178,10 @@ class LayeredBlur:
         name: str,
         turn: Turn = ONLY,
     ) -> Steps[Texture]:
-        """Blur layers far to near, and composite them in the texture called `name`."""
+        """Return the blurred picture, RGBA, in the texture called `name`.
+
+        `turn` says how much of all progress this picture stands for.
+        """
         color, coc, lists, sharp = source.color, source.coc, source.lists, source.sharp
         highlights = around = None
         if source.has_highlights:
@@ -185,6 +193,8 @@ class LayeredBlur:
         source_to_diffuse = replace(source, color=color, lists=lists)
         far = yield from self._far_field(source_to_diffuse, optics, settings)
         picture = yield from self._split_silhouettes(color, coc, optics, lists, around)
+        # While zones of the far field grow, the picture is composited with and without it, and
+        # both are mixed.
         growing_field = far if far is not None and far.zone.growth < 1.0 else None
         first_turn, second_turn = turn.halves if growing_field is not None else (turn, turn)
         out = yield from self._composite_layers(
@@ -202,7 +212,7 @@ class LayeredBlur:
                 highlights, picture, nearest, optics, out, sharp
             )
             yield from self._scratch.run_pass("highlights drawn", draw_steps)
-        self._scratch.end_pass("highlights drawn")
+        self._scratch.end_pass("highlights drawn")  # frees the memory without highlights too
         return out
 
     def _composite_layers(
@@ -215,7 +225,11 @@ class LayeredBlur:
         name: str,
         turn: Turn,
     ) -> Steps[Texture]:
-        """Blur the layers of a picture, and composite them in the texture called `name`."""
+        """Blur the layers of a picture, and composite them in the texture called `name`.
+
+        With `far`, the far field replaces the layers behind the focus in its zones. `sharp` is
+        composited among the layers. Return the texture.
+        """
         out = self._scratch.texture(name, picture.color.size, 4)
         cuts = layer_cuts(optics.occupied_px, optics.gaps_px, layers_for(settings), settings.proxy)
         if far is not None:
@@ -227,7 +241,7 @@ class LayeredBlur:
         self._passes.composite.begin(sized_plans[0], active[0].mask, out)
         yield self._scratch.end_pass("tiles")
         tiles = iter(active)
-        farther_px = math.inf
+        farther_px = math.inf  # up to this coc the sharp part has been composited
         for index, plan in enumerate(plans):
             self._report_layers(turn.before * len(plans) + index, turn.pictures * len(plans))
             behind = self._copy_colors(out) if plan.share < 1.0 else out
@@ -238,6 +252,7 @@ class LayeredBlur:
                 if sized_plan.reduction > 1:
                     self._passes.composite.run(layer, sized_plan, behind, out)
                     yield "composite"
+            # the last layer behind the cut that `with_far_cut` made
             if far is not None and plan.cut.near.at_px == FAR_FROM_PX * settings.proxy:
                 self._passes.far_parts.over(far, out)
             if sharp is not None:
@@ -249,7 +264,7 @@ class LayeredBlur:
         return out
 
     def _copy_colors(self, picture: Texture) -> Texture:
-        """Return a copy of the colours of `picture`."""
+        """Return a copy of the colors of `picture`."""
         copy = self._scratch.texture("behind", picture.size, 4)
         self._passes.colors.copy_channels(picture, range(3), copy)
         return copy
@@ -260,7 +275,10 @@ class LayeredBlur:
         optics: Optics,
         settings: DefocusSettings,
     ) -> Steps[FarField | None]:
-        """Blur the far field in parts of the lens; return None if it is blurred in layers."""
+        """Return the far field, blurred in parts of the lens; None if it is blurred in layers.
+
+        It is blurred in layers if the settings, the lens or the surfaces do not allow parts.
+        """
         if not is_in_parts(optics, settings):
             return None
         least_px, lists = FAR_FROM_PX * settings.proxy, source.lists
@@ -270,7 +288,7 @@ class LayeredBlur:
             lists = yield from guess.steps(
                 source.color, source.coc, optics, least_px, self._scratch
             )
-        if lists is None or lists.is_open:
+        if lists is None or lists.is_open:  # parts need a picture without alpha
             return None
         draft_kernel = kernel_for(replace(settings, quality=Quality.DRAFT))
         poles = self._passes.poles(
@@ -291,7 +309,7 @@ class LayeredBlur:
     def _allocate_split(
         self, size: tuple[int, int], lists: ListedFragments | None
     ) -> WithoutHighlights:
-        """Return the memory for a picture of `size` that is split into highlights and the rest."""
+        """Return the memory to split a picture of `size`, and its lists, by highlights."""
         scratch, lists_low = self._scratch, None
         if lists is not None:
             words = scratch.buffer("low fragments", lists.packed_lists.words.size)
@@ -338,7 +356,7 @@ class LayeredBlur:
         lists: ListedFragments | None,
         around: Texture | None,
     ) -> Steps[Fragments]:
-        """Return the picture with the mixed pixels of its silhouettes split in two."""
+        """Return the picture with each mixed pixel of its silhouettes split in two fragments."""
         size, scratch = color.size, self._scratch
         picture = Fragments(
             color,

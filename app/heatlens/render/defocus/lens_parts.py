@@ -1,4 +1,4 @@
-"""Cut the opening of the lens into parts: where each lies, its width and its share of the light."""
+"""Cut the opening of the lens into parts, each with a center, a width and a share of the light."""
 
 import math
 from functools import lru_cache
@@ -20,7 +20,7 @@ _LEAST_LIGHT = 1e-4  # share of the light; parts with less are left out
 # opening.
 @lru_cache(maxsize=8)
 def lens_parts(disc: DiscShape, size: Pair, parts: int) -> Array:
-    """Return the parts (n, places, 4) of the opening as seen from behind the focus.
+    """Return the parts (n, positions, 4) of the opening as seen from behind the focus.
 
     Each part has the distance x, y that a point moves for each pixel of its coc, the diameter
     relative to that of the lens, and the share of the light. A plain opening has `parts` of equal
@@ -33,8 +33,10 @@ def lens_parts(disc: DiscShape, size: Pair, parts: int) -> Array:
     parts_at = np.stack(
         [_parts_at(disc, parts, position_px) for position_px in _picture_positions(disc, size)], 1
     )
+    # parts that are dark at every position are left out, and the other shares add up to 1 again
     parts_at = parts_at[parts_at[..., 3].max(axis=1) >= _LEAST_LIGHT]
     parts_at[..., 3] /= parts_at[..., 3].sum(axis=0)
+    # from radii of the lens to pixels for each pixel of coc, which is a diameter; y runs down
     return np.asarray(parts_at * (across / 2, -down / 2, 1.0, 1.0))
 
 
@@ -51,6 +53,7 @@ def _parts_at(disc: DiscShape, parts: int, position_px: Pair) -> Array:
     centers, widths = part_centres(parts), np.full(parts, parts**-0.5)
     if disc.is_plain:
         return np.column_stack([centers, widths, np.full(parts, 1 / parts)])
+    # The opening is compared with a round one that was sampled at the same points.
     plain_moments = _moments(DiscShape(), parts, (0.0, 0.0))
     moments = _moments(disc, parts, position_px)
     is_lit = moments[:, 0] > 0.0
@@ -62,7 +65,11 @@ def _parts_at(disc: DiscShape, parts: int, position_px: Pair) -> Array:
 
 @lru_cache(maxsize=PART_PLACES**2)
 def _moments(disc: DiscShape, parts: int, position_px: Pair) -> Array:
-    """Return light, center x and y, and variance (parts, 4) of an opening over each part."""
+    """Return light, center x and y, and variance (parts, 4) of the opening within each part.
+
+    Lengths are radii of the lens. The light is a sum over samples, and the variance one over both
+    axes.
+    """
     x, y, part_of_sample = _lens_samples(parts)
     across, down = disc.half_extents
     light = disc.coverage(x * across, -y * down, 1.0, 1 / _SIDE, position_px)
@@ -76,7 +83,7 @@ def _moments(disc: DiscShape, parts: int, position_px: Pair) -> Array:
 
 @lru_cache(maxsize=4)
 def _lens_samples(parts: int) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Return points x, y over the lens, and for each the number of the part nearest to it."""
+    """Return the sample points x and y, -1 to 1, and for each the number of the nearest part."""
     along = (np.arange(_SIDE) + 0.5) * 2 / _SIDE - 1
     x, y = (axis.ravel() for axis in np.meshgrid(along, along))
     centres = part_centres(parts)
@@ -85,18 +92,19 @@ def _lens_samples(parts: int) -> tuple[Array, Array, NDArray[np.intp]]:
 
 
 def part_centres(parts: int) -> Array:
-    """Return the centres (n, 2) of parts of a round lens of radius 1, all of the same area.
+    """Return the centers (n, 2) of parts of a round lens of radius 1, all of the same area.
 
     They are in rings of 1, 6, 12, ... parts. Their mean is 0, and with discs of the parts' area
     around them the variances are those of the lens: 1/4 along each axis.
     """
     rings = range(math.isqrt(parts // 3) + 1)
     points = np.concatenate([_ring(6 * k, 3 * k * k) for k in rings])
+    # The variance of the centers must be that of the lens less that of a part, 1 / (4 parts).
     spread = 2 * np.mean(points**2)
     return points * math.sqrt((1 - 1 / parts) / 2 / spread) if parts > 1 else points
 
 
 def _ring(count: int, middle: float) -> Array:
-    """Return the centres of a ring of `count` parts; `middle` parts of area lie inside the ring."""
+    """Return the centers of a ring of `count` parts; `middle` parts of area lie inside the ring."""
     angle = np.arange(max(count, 1)) * 2 * math.pi / max(count, 1) + 0.2 * count
     return math.sqrt(middle + 0.5 * bool(count)) * np.stack([np.cos(angle), np.sin(angle)], -1)

@@ -1,7 +1,8 @@
 """Solve tridiagonal systems along every row or column of a picture: three solvers, one interface.
 
-A `LineSystem` names the network, a shader library that the solver's shader includes.
-    SweepSolver      one invocation per line; least arithmetic, for software rasterisers
+The system of a line is a network of heat: a chain of pixels with conductances between them. A
+`LineSystem` names the shader library with the network, which the solver's shader includes.
+    SweepSolver      one invocation per line; least arithmetic, for software rasterizers
     PartitionSolver  a run of pixels per invocation, run ends in shared memory; for GPUs
     CyclicSolver     cyclic reduction, one pass per level; that of the 2006 memo, for comparison
 """
@@ -34,7 +35,13 @@ class SolverName(StrEnum):
 
 @dataclass(frozen=True)
 class LineSystem:
-    """The network to solve: shader library, number of poles, complex or real, extra defines."""
+    """The network to solve along each line.
+
+    file        the shader library that defines the network
+    poles       how many systems are solved at once
+    is_complex  the coefficients are complex, else real
+    defines     additional defines of the shader, as pairs of name and value
+    """
 
     file: str
     poles: int = 1
@@ -155,11 +162,11 @@ class LineSolver(ABC):
 
     @abstractmethod
     def _solve_band(self, band: Band) -> None:
-        """Issue the programs that solve the lines of a band."""
+        """Issue the programs that solve the lines of a band, with the results in its images."""
 
     @abstractmethod
     def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
-        """Return the bytes that a line needs in each scratch block of the shader."""
+        """Return the bytes that a line of `length` pixels needs in each scratch block."""
 
     def _bands(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
         """Yield the first line and the number of lines of each band, as scratch memory allows."""
@@ -198,8 +205,8 @@ class SweepSolver(LineSolver):
 
     name = SolverName.SWEEP
     _STRIPS = True
-    LINES_PER_GROUP = 8  # the vector width of a software rasteriser
-    BLOCK = 4  # pixels; with 8, programs take twice as long to compile and gain little
+    LINES_PER_GROUP = 8  # the vector width of a software rasterizer
+    BLOCK = 4  # pixels in a block; with 8, programs compile twice as long and gain little
 
     def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
         blocks = groups_for(length, self.BLOCK) * system.poles
@@ -222,7 +229,10 @@ class SweepSolver(LineSolver):
 # Appleyard, "Manycore algorithms for batch scalar and block tridiagonal solvers" (2016). A whole
 # line does not fit the 32 KiB of shared memory that OpenGL promises: it has 28 bytes a pixel.
 class PartitionSolver(LineSolver):
-    """Eliminates runs in registers, and solves run ends by cyclic reduction in shared memory."""
+    """Eliminates a run of pixels per invocation, then solves the ends of all runs.
+
+    Runs stay in registers; their ends are solved by cyclic reduction in shared memory.
+    """
 
     name = SolverName.PARTITION
 
@@ -256,18 +266,19 @@ class PartitionSolver(LineSolver):
 
 
 class CyclicSolver(LineSolver):
-    """Cyclic reduction over memory, log2(length) passes down and up."""
+    """Cyclic reduction over memory: log2(length) passes that eliminate, and as many back."""
 
     name = SolverName.CYCLIC
 
     def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
-        unknowns = length * system.poles
+        unknowns = length * system.poles  # each has a value and three coefficients
         return {
             "cyclic_value_block": system.value_bytes * unknowns,
             "cyclic_link_block": 3 * system.scalar_bytes * unknowns,
         }
 
     def _solve_band(self, band: Band) -> None:
+        # Pixels at these distances are eliminated in turn, then computed in the opposite order.
         distances = [1 << level for level in range(max(0, (band.length - 1).bit_length()))]
         stages = [("LOAD", 0), *(("REDUCE", distance) for distance in distances), ("SUBSTITUTE", 0)]
         stages += [*(("SUBSTITUTE", distance) for distance in reversed(distances)), ("STORE", 0)]
@@ -299,7 +310,7 @@ SOLVERS = {name: _solver_class(name) for name in SolverName}
 
 
 def usual_solver(ctx: Device) -> LineSolver:
-    """Return the faster solver for a GPU or a software rasteriser.
+    """Return the faster solver for a GPU or a software rasterizer.
 
     The choice does not depend on a measurement, because solvers differ in the last digits, and
     several processes must render the frames of a shot alike.

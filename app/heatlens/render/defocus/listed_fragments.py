@@ -19,8 +19,8 @@ class FragmentBuffers:
     words        three words per fragment
     size         width and height of the plate, pixels
     is_measured  the file has the coverage of visible surfaces, so that silhouettes are not guessed
-    origin       position of the plate's first pixel among the pixels with lists
-    stride       pixels with lists per row; 0 for the plate's width
+    origin       x, y of the plate's first pixel in the larger picture whose lists these are
+    stride       width of that larger picture; 0 if it is as wide as the plate
     is_exact     the lists were rendered with the picture, and need not be matched to it
     """
 
@@ -84,7 +84,7 @@ class ListedFragments:
         }
 
     def with_words(self, words: Buffer) -> "ListedFragments":
-        """Return the same lists with other colours."""
+        """Return the same lists with other `words`, whose colors differ."""
         return replace(self, packed_lists=replace(self.packed_lists, words=words))
 
     def of_alpha(self) -> "ListedFragments":

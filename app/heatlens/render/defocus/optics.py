@@ -1,4 +1,4 @@
-"""Describe the lens and the plate for the blur, in pixels."""
+"""Describe the lens and the blur of a plate's depths, in pixels of the plate."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -10,11 +10,11 @@ import numpy.typing as npt
 from heatlens.core.model.focus.coc import NO_LINE, CocLine
 from heatlens.core.model.lens.disc_shape import DiscShape
 
-_UNCOVERED_MARGIN_PX = 8  # the tail of a kernel, and the neighbourhood used by the fill
+_UNCOVERED_MARGIN_PX = 8  # the tail of a kernel, and the neighborhood used by the fill
 
 
 class Color(IntEnum):
-    """The colours, in the order of their channels and from long to short wavelengths."""
+    """The colors, in the order of their channels and from long to short wavelengths."""
 
     RED = 0
     GREEN = 1
@@ -23,7 +23,7 @@ class Color(IntEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Optics:
-    """A lens applied to a plate.
+    """A lens applied to a plate. A signed coc is a diameter in pixels, negative before the focus.
 
     line           signed coc as a function of dioptres; None if the plate has coc instead of depth
     occupied_px    the signed coc in the plate, ascending (ends of narrow bins)
@@ -62,7 +62,7 @@ class Optics:
 
     @property
     def uncovered_px(self) -> int:
-        """How far behind a silhouette hidden content can show.
+        """How far behind a silhouette hidden content can show, in pixels.
 
         The blur of the nearer surface uncovers half its own diameter, and the blur of the farther
         surface adds half of its own.
@@ -73,7 +73,10 @@ class Optics:
         return math.ceil(reach_px) + _UNCOVERED_MARGIN_PX
 
     def in_color(self, color: Color) -> "Optics":
-        """Return the optics for one colour, whose focus differs by the axial colour."""
+        """Return the optics for one color, whose focus differs because of axial color.
+
+        Green keeps the focus of the lens.
+        """
         shift_px = (color - Color.GREEN) * self.disc.axial_px
         line = self.line and replace(self.line, at_infinity_px=self.line.at_infinity_px + shift_px)
         aperture = replace(self.disc.aperture, axial_colour_mm=0.0)

@@ -22,7 +22,7 @@ from heatlens.render.gpu.textures import OpeningTextures
 LevelRect = tuple[int, int, int, int]  # corner x, y and size x, y
 
 _SAMPLES_PER_STEP = 2**24  # about 0.2 s on a CPU, so that a window can handle input
-_LOOPS_MAX = 60_000  # Mesa's software rasteriser stops an invocation's loops after 65535 rounds
+_LOOPS_MAX = 60_000  # Mesa's software rasterizer stops an invocation's loops after 65535 rounds
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,19 +36,21 @@ class GatherStep:
 
 
 def disc_reach_px(optics: Optics) -> tuple[int, int]:
-    """Return half the size (x, y) of the box around the widest disc of the plate and its rim."""
+    """Return half the size (x, y), in pixels, of the box around the plate's widest disc and rim."""
     radius = (max(abs(optics.nearest_px), abs(optics.farthest_px)) + optics.disc.wider_px) / 2
     x, y = (math.ceil(radius * scale + DISC_RAMP_PX) for scale in optics.disc.half_extents)
     return x, y
 
 
 def gather_steps(size: tuple[int, int], reach: tuple[int, int]) -> list[GatherStep]:
-    """Divide the work into parts of at most `_SAMPLES_PER_STEP` samples if a row of tiles allows.
+    """Divide the work into steps of at most `_SAMPLES_PER_STEP` samples, if a row of tiles allows.
 
-    A disc wider than the picture costs no more than one that fills it.
+    `size` is that of the picture, and `reach` that of `disc_reach_px`. Each step gathers some rows
+    of the disc for a band of picture rows. A disc wider than the picture costs no more than one
+    that fills it.
     """
     reach_x, reach_y = (min(r, side - 1) for r, side in zip(reach, size, strict=True))
-    across = 2 * reach_x + 2
+    across = 2 * reach_x + 2  # samples in a row of the disc
     budget = max(1, _SAMPLES_PER_STEP // (size[0] * PIXEL_GROUP * across))
     disc_rows = max(1, min(2 * reach_y + 1, budget, _LOOPS_MAX // across))
     per_row = size[0] * across * disc_rows
@@ -139,14 +141,14 @@ def pyramid_size(rects: list[LevelRect]) -> tuple[int, int]:
 
 
 def widest_px(optics: Optics) -> float:
-    """Return the largest disc of the plate, along the shorter axis of discs."""
+    """Return the diameter of the plate's largest disc in pixels, along its shorter axis."""
     return max(abs(optics.nearest_px), abs(optics.farthest_px)) * min(optics.disc.spreads)
 
 
 class PyramidPass:
     """Makes the levels, then reads each pixel from two of them, whatever the blur.
 
-    Sharp pixels bleed into blurred neighbours, because the pyramid ignores depth.
+    Sharp pixels bleed into blurred neighbors, because the pyramid ignores depth.
     """
 
     def __init__(self, ctx: Device) -> None:
@@ -189,7 +191,7 @@ class PyramidPass:
 class OtherMethods:
     """The methods; each takes RGBA and signed coc, and writes RGBA to the texture "blurred".
 
-    Alpha is blurred as a fourth colour. Programs are built when a method is first used.
+    Alpha is blurred as a fourth color. Programs are built when a method is first used.
     """
 
     def __init__(self, ctx: Device) -> None:
@@ -210,7 +212,7 @@ class OtherMethods:
     def gather(
         self, color: Texture, coc: Texture, optics: Optics, scratch: Scratch
     ) -> Iterator[None]:
-        """Blur by `GatherPass`."""
+        """Blur by `GatherPass`, in short steps, into the texture "blurred" of `scratch`."""
         if optics.disc.is_plain:
             weight = scratch.texture("gather weight", color.size, 1)
         else:
@@ -221,7 +223,7 @@ class OtherMethods:
     def scatter(
         self, color: Texture, coc: Texture, optics: Optics, scratch: Scratch
     ) -> Iterator[None]:
-        """Blur by `ScatterPass`."""
+        """Blur by `ScatterPass`, in short steps, into the texture "blurred" of `scratch`."""
         size = color.size
         sizes = buffer_bytes(size)
         targets = ScatterTargets(
@@ -237,7 +239,7 @@ class OtherMethods:
     def pyramid(
         self, color: Texture, coc: Texture, optics: Optics, scratch: Scratch
     ) -> Iterator[None]:
-        """Blur by `PyramidPass`."""
+        """Blur by `PyramidPass`, in short steps, into the texture "blurred" of `scratch`."""
         all_levels = layout_levels(color.size, math.inf)  # enough for every lens
         levels = scratch.texture("pyramid", pyramid_size(all_levels), 4)
         out = scratch.texture("blurred", color.size, 4)

@@ -1,7 +1,7 @@
 """Compute how many bytes each pass of the pipeline moves, and the least possible.
 
 moved   memory traffic of the shaders as they are written: every texel that a sweep over the
-        picture reads counts once in that sweep (its neighbours find it in a cache), scratch counts
+        picture reads counts once in that sweep (its neighbors find it in a cache), scratch counts
         each time it is written or read
 least   inputs read once, outputs written once, at their storage sizes
 
@@ -23,9 +23,10 @@ from heatlens.render.defocus.line_solver import LineSystem, SolverName, SweepSol
 from heatlens.render.defocus.tile_mask import visibility_bytes
 from heatlens.render.gpu.shader_constants import HIGHLIGHT_LEVELS
 
+# Bytes of a pixel; a position of a highlight is a _PLACE, and the luminance around it _AROUND.
 _COLOR, _COC, _STATE, _KIND, _PLACE, _POLE_LAYER = 16, 4, 8, 2, 8, 16
 _AROUND = 2
-_TALLY = 4 * HIGHLIGHT_LEVELS  # a block of 8 x 8 pixels
+_TALLY = 4 * HIGHLIGHT_LEVELS  # bytes of a block of 8 x 8 pixels
 _LIT = 1 / 8  # a bit for each pixel that holds a highlight
 _HALF_SIZE = 1 / 4  # pixels of a picture of half the size, for each pixel
 
@@ -37,12 +38,18 @@ class Work:
     size: tuple[int, int]  # size of the working picture
     kernel: Kernel
     solver: SolverName
-    proxy: float = 1.0
+    proxy: float = 1.0  # scale of the working picture, relative to the plate
 
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """Bytes per pixel of all runs in a frame; None if they depend only on the plate."""
+    """Bytes per pixel of all runs of a pass in a frame.
+
+    moved     memory traffic of the shaders; None if it depends only on the plate
+    least     the least possible; None likewise
+    at_least  work on listed pixels comes on top
+    at_most   tile masks and smaller layers make the pass cheaper
+    """
 
     moved: float | None
     least: float | None
@@ -67,7 +74,7 @@ class AxisReads:
 
 
 def solve_bytes(solver: SolverName, system: LineSystem, reads: AxisReads) -> float:
-    """Return the bytes per pixel to solve `system` along one axis."""
+    """Return the bytes per pixel that a solver moves to solve `system` along one axis."""
     poles, value, link = system.poles, system.value_bytes, 3 * system.scalar_bytes
     inputs = reads.node + reads.source
     match solver:
@@ -94,15 +101,17 @@ def blur_bytes(solver: SolverName, kernel: Kernel) -> float:
     system = LineSystem("lib/blur_system.lib.glsl", len(kernel.poles), kernel.is_complex)
     poles = _POLE_LAYER * pole_layers(kernel)
     rows = AxisReads(_COC, _COLOR, 0, poles)
-    columns = AxisReads(_COC, poles, _COC, _COLOR)  # the coc at the end: in focus?
+    # At the end the coc is read again, because pixels in focus keep their values.
+    columns = AxisReads(_COC, poles, _COC, _COLOR)
     step = solve_bytes(solver, system, rows) + solve_bytes(solver, system, columns)
     return kernel.steps * step
 
 
 def proxy_bytes(work: Work, runs: int) -> Traffic:
-    """Count the whole plate read, and a smaller plate and the positions of highlights written.
+    """Count the bytes to reduce a plate and to find the positions of its highlights.
 
-    The depth is read again to find silhouettes.
+    The whole plate is read, and the reduced plate and the positions are written. The depth is read
+    again to find silhouettes.
     """
     depth_again = 2 * _COC / work.proxy**2
     least = _COLOR / work.proxy**2 + _COC + _COLOR + _COC + _PLACE
@@ -110,14 +119,15 @@ def proxy_bytes(work: Work, runs: int) -> Traffic:
 
 
 def coc_bytes(work: Work, runs: int) -> Traffic:
-    """Count depth read and coc written."""
+    """Count the bytes of the depth read and the coc written."""
     return Traffic(2 * _COC * runs, 2 * _COC * runs)
 
 
 def highlights_found_bytes(work: Work, runs: int) -> Traffic:
-    """Count luminance and its heat blur at half size, and the split by it; highlights are extra.
+    """Count the bytes to find highlights; the work on the highlights themselves is extra.
 
-    The least possible is to read color and coc and to write the picture without highlights.
+    The luminance is blurred as heat at half size, and the picture is split by it. The least
+    possible is to read color and coc and to write the picture without highlights.
     """
     inputs, outputs = _COLOR + _COC, _COLOR + _LIT
     surroundings = inputs + blur_bytes(work.solver, named_kernel("heat")) + _COLOR + _AROUND
@@ -126,7 +136,7 @@ def highlights_found_bytes(work: Work, runs: int) -> Traffic:
 
 
 def highlights_listed_bytes(work: Work, runs: int) -> Traffic:
-    """Count one search for highlights; the counts of blocks are written."""
+    """Count the bytes of one search for pixels with highlights, and of the counts of blocks."""
     width, height = work.size
     blocks = block_count(work.size) / (width * height)
     moved = _LIT + blocks * _TALLY
@@ -134,79 +144,83 @@ def highlights_listed_bytes(work: Work, runs: int) -> Traffic:
 
 
 def fragments_bytes(work: Work, runs: int) -> Traffic:
-    """Count coc read and the kind of each pixel written; rims are extra."""
+    """Count the bytes of the coc read and the kind of each pixel written; rims are extra."""
     return Traffic(runs * (_COC + _KIND), runs * (_COC + _KIND), at_least=True)
 
 
 def tiles_bytes(work: Work, runs: int) -> Traffic:
-    """Count one read of the picture for any number of layers; words per tile are ignored."""
+    """Count the bytes of one read of the picture for all layers; words per tile are ignored."""
     return Traffic(_COC + _KIND, _COC + _KIND, at_least=True)
 
 
 def layer_split_bytes(work: Work, runs: int) -> Traffic:
-    """Count the picture read, the layer and its state written; fragments of rims are extra."""
+    """Count the bytes of the picture read and the layer written; fragments of rims are extra."""
     picture = _COLOR + _COC + _KIND
     moved = runs * (picture + _COLOR + _STATE)
     return Traffic(moved, moved, at_least=True)
 
 
 def hidden_fill_bytes(work: Work, runs: int) -> Traffic:
-    """Count whole copies of the masks; all other work is per hidden pixel."""
+    """Count the bytes to write and read the masks of visible pixels; hidden pixels are extra."""
     width, height = work.size
     masks = 2 * visibility_bytes(work.size) / (width * height)
     return Traffic(runs * masks, None, at_least=True)
 
 
 def coc_fill_bytes(work: Work, runs: int) -> Traffic:
-    """Count rows and columns of the lines that carry the coc under nearer layers."""
+    """Count the bytes to extend the coc of a layer under nearer layers, along rows and columns."""
     system = LineSystem("lib/fill_system.lib.glsl")
-    rows = AxisReads(_STATE, 0, _STATE, _STATE)  # the state at the end: how much is content?
+    # At the end the state is read again, for the share of content.
+    rows = AxisReads(_STATE, 0, _STATE, _STATE)
     columns = AxisReads(_STATE, _STATE, _STATE, _COC)
     moved = sum(solve_bytes(work.solver, system, reads) for reads in (rows, columns))
     return Traffic(runs * moved, runs * (_STATE + _COC), at_most=True)
 
 
 def blur_pass_bytes(work: Work, runs: int) -> Traffic:
-    """Count all steps of the kernel, and the picture that the layer is composited over."""
+    """Count the bytes of all steps of the kernel, and of the picture composited over."""
     moved = blur_bytes(work.solver, work.kernel) + _COLOR
     return Traffic(runs * moved, runs * (_COLOR + _COC + 2 * _COLOR), at_most=True)
 
 
 def composite_bytes(work: Work, runs: int) -> Traffic:
-    """Count a layer smaller than the picture, and the picture read and written."""
+    """Count the bytes of a layer read, and of the picture read and written."""
     moved = runs * 3 * _COLOR
     return Traffic(moved, moved, at_most=True)
 
 
 def far_parts_bytes(work: Work, runs: int) -> Traffic:
-    """Count a run as the blur of one view; how many surfaces are moved depends on the plate."""
+    """Count the bytes to blur the view of one part of the lens in each run.
+
+    How many surfaces are moved depends on the plate, and is left out.
+    """
     moved = blur_bytes(work.solver, work.kernel)
     return Traffic(runs * moved, None, at_least=True)
 
 
 def limits_bytes(work: Work, runs: int) -> Traffic:
-    """Count one picture, changed in place."""
+    """Count the bytes of one picture, read and written in place."""
     return Traffic(runs * 2 * _COLOR, runs * 2 * _COLOR)
 
 
 def alpha_bytes(work: Work, runs: int) -> Traffic:
-    """Count alpha read from the plate, and the picture read and written to take it."""
+    """Count the bytes to copy alpha to a picture of its own, and back; half the runs do each."""
     taken_out, joined = _COLOR + _COLOR, _COLOR + _COLOR + _COLOR
     moved = runs / 2 * (taken_out + joined)
     return Traffic(moved, moved)
 
 
 def colours_bytes(work: Work, runs: int) -> Traffic:
-    """Count a picture read, and another one read and written to take its channels."""
+    """Count the bytes of a picture read, and of another one that takes its channels."""
     return Traffic(runs * 3 * _COLOR, runs * 3 * _COLOR)
 
 
 def highlights_drawn_bytes(work: Work, runs: int) -> Traffic:
-    """Count the area of the highlights' discs, which decides the cost."""
+    """Return unknown traffic: only the area of the highlights' discs decides the cost."""
     return Traffic(None, None)
 
 
 def method_bytes(work: Work, runs: int) -> Traffic:
-    """Count colour and coc read, the picture written, and reads of neighbours by the coc."""
+    """Count the bytes of color and coc read, and the picture written; reads of discs are extra."""
     moved = runs * (_COLOR + _COC + _COLOR)
     return Traffic(moved, moved, at_least=True)

@@ -50,12 +50,12 @@ _BLUR = "lib/blur_system.lib.glsl"
 
 
 def _comp(*names: str, variants: Variants = PLAIN) -> dict[str, Variants]:
-    """Return the variants of compute shaders, which all have the same ones."""
+    """Return the builds of compute shaders by their files; all `names` have the same variants."""
     return dict.fromkeys((f"defocus/{name}.comp.glsl" for name in names), variants)
 
 
 def _draw(name: str, fragment: Variants) -> dict[str, Variants]:
-    """Return the variants of a vertex shader of discs and of its fragment shader."""
+    """Return the builds of the vertex and the fragment shader that draw discs, by their files."""
     return {f"defocus/{name}.vert.glsl": SHAPES, f"defocus/{name}.frag.glsl": fragment}
 
 
@@ -65,7 +65,7 @@ def _own_memory(*names: str) -> dict[str, str]:
 
 
 # The passes in order. "layer split" to "composite" run once for each layer; all passes up to
-# "colours" run for each colour; each of the last three replaces "alpha" to "highlights drawn".
+# "colours" run for each color; each of the last three replaces "alpha" to "highlights drawn".
 PASSES: tuple[Pass, ...] = (
     Pass(
         "proxy",
@@ -87,7 +87,7 @@ PASSES: tuple[Pass, ...] = (
         pass_costs.coc_bytes,
         _own_memory("coc", "cutout coc", "colours kept"),
     ),
-    # Alpha as a picture of its own, which is layered before the colour.
+    # Alpha as a picture of its own, which is layered before the color.
     Pass(
         "alpha",
         _comp("alpha_as_color", "alpha_join"),

@@ -65,6 +65,9 @@ class DefocusPasses:
     def poles(
         self, scratch: Scratch, name: str, picture_size: tuple[int, int], kernel: Kernel
     ) -> TextureArray:
-        """Return the intermediate image of a blur, which layers of any size share."""
+        """Return the image between rows and columns of a blur, which layers of any size share.
+
+        `name` is its name in `scratch`.
+        """
         between = self.solver.between_size(picture_size)
         return scratch.array(name, between, pole_layers(kernel), 4, PACKED)

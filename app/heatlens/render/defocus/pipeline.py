@@ -5,7 +5,7 @@ between. The comment below describes what each pass of a film frame does, and wh
 """
 
 # The method is that of M. Kass, A. Lefohn and J. Owens, "Interactive Depth of Field Using Simulated
-# Diffusion on a GPU" (Pixar Technical Memo 06-01, 2006). Colour is heat that spreads along rows and
+# Diffusion on a GPU" (Pixar Technical Memo 06-01, 2006). Color is heat that spreads along rows and
 # then along columns of a plate whose conductance is the square of the circle of confusion (coc).
 # Where a pixel is in focus nothing flows, so that the blur stops dead at a sharp silhouette, and
 # the cost of a pixel does not depend on the size of its blur. Three things depart from the paper:
@@ -23,33 +23,33 @@ between. The comment below describes what each pass of a film frame does, and wh
 #
 # The passes of `pass_list.py` in their order, with what they read -> what they write:
 #
-# proxy              colour and depth -> the same, smaller, for previews. Depth is the sample in the
+# proxy              color and depth -> the same, smaller, for previews. Depth is the sample in the
 #                    middle of a pixel: a mean of two depths would be a surface that is not there.
 # coc                depth -> signed diameter of the disc of each pixel, negative before the focus.
 #                    It is the only pass that knows the lens; all later ones read coc alone.
-# alpha              alpha -> a picture of its own, blurred before the colour in the same way.
-# highlights found   colour, coc -> `low` to diffuse and `high` to draw. The ripple of a sum of
+# alpha              alpha -> a picture of its own, blurred before the color in the same way.
+# highlights found   color, coc -> `low` to diffuse and `high` to draw. The ripple of a sum of
 #                    exponentials is a few per cent, and a few per cent of a lamp that is 300 times
 #                    as bright as the wall behind it are rings. Surroundings are at half size.
 # highlights listed  `high` -> at most 4,096 discs. What would be too many goes back to `low`.
 # far parts          lists of surfaces (known, or guessed by `far_guess.py`) -> the mean of the
 #                    views of parts of the lens behind the focus. Only for the quality final: in one
 #                    layer, surfaces of different blur keep light from each other.
-# fragments          colour, coc -> for each pixel of a silhouette its nearer and its farther
-#                    colour and the coverage. Anti-aliasing has mixed both, and depth knows one of
-#                    them; unsplit, the nearer colour leaks into the blurred background as streaks.
+# fragments          color, coc -> for each pixel of a silhouette its nearer and its farther
+#                    color and the coverage. Anti-aliasing has mixed both, and depth knows one of
+#                    them; unsplit, the nearer color leaks into the blurred background as streaks.
 # tiles              coc, fragments -> the tiles in which each layer can be seen. A layer is solved
 #                    in these alone, which is why empty or hidden layers cost next to nothing.
 #
 # Then for each layer, far to near, because each is composited over those behind it:
 #
-# layer split        fragments -> colour times coverage, coverage and coc of one layer, at the size
+# layer split        fragments -> color times coverage, coverage and coc of one layer, at the size
 #                    that its blur allows; and the list of its pixels that nearer layers hide.
 # hidden fill        visible pixels of the layer -> a guess of the hidden ones, which the blur of
 #                    nearer layers uncovers. Known surfaces are taken before a guess.
 # coc fill           coc of the layer -> coc also beyond its content, so that a near layer spreads
 #                    with its own blur (the paper's section 4, "blurring underneath").
-# blur               colour, coc -> the diffused layer. One that is as large as the picture is
+# blur               color, coc -> the diffused layer. One that is as large as the picture is
 #                    composited by the last solve itself, which saves a pass over memory.
 # composite          a smaller layer -> the picture, enlarged.
 #
@@ -59,7 +59,7 @@ between. The comment below describes what each pass of a film frame does, and wh
 #                    hidden by a ray from each point of the lens, which layers cannot tell.
 # limits             the picture of one layer -> light not below 0, which the ripple of a kernel
 #                    falls below. With layers, each composition does that (`lib/over.lib.glsl`).
-# colours            the channel that was in focus for this colour -> the picture. With axial colour
+# colours            the channel that was in focus for this color -> the picture. With axial color
 #                    everything from coc on runs three times, each with a focus of its own.
 
 from collections.abc import Callable
@@ -80,12 +80,12 @@ from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import ONLY, Steps
 from heatlens.render.gpu.device import Device, Texture
 
-# These methods handle a different focus for each colour themselves.
+# These methods handle a different focus for each color themselves.
 SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)
 
 
 class DefocusPipeline:
-    """Renders a picture with depth of field from colour and depth, in its own textures."""
+    """Renders a picture with depth of field from color and depth, in its own textures."""
 
     def __init__(self, ctx: Device, passes: DefocusPasses) -> None:
         self._ctx = ctx
@@ -103,9 +103,9 @@ class DefocusPipeline:
         settings: DefocusSettings,
         has_alpha: bool = False,
     ) -> Steps[Texture]:
-        """Render the picture with depth of field, RGBA float32, at proxy size.
+        """Render the picture with depth of field, and return it: RGBA float32, at proxy size.
 
-        The next run overwrites it.
+        The next run overwrites the returned texture.
 
         The plate's depth is a signed coc in pixels if `optics.line` is None. Without `has_alpha`
         the result's alpha is 1. Methods with one layer ignore the plate's fragments.
@@ -115,11 +115,14 @@ class DefocusPipeline:
         self.scratch.begin_picture()
         if settings.proxy < 1.0:
             reduced = yield from self._reduced.steps(plate, optics, settings, self.scratch)
-            if plate.fragments is None:  # two surfaces at silhouettes do not suffice for parts
+            # Without known surfaces a reduced plate lists only the two at each silhouette. They do
+            # not suffice for blurring the far field in parts of the lens.
+            if plate.fragments is None:
                 settings = replace(settings, parts=1)
             plate, optics = reduced, optics.scaled(settings.proxy)
 
         def blur_once(color_optics: Optics) -> Steps[Texture]:
+            # The ground goes behind the blurred picture, which needs its alpha for that.
             ground = None if plate.cutout is None else plate.cutout.ground
             picture = yield from self._blur(
                 plate, color_optics, settings, has_alpha or bool(ground)
@@ -139,7 +142,7 @@ class DefocusPipeline:
     def _blur(
         self, plate: PlateTextures, optics: Optics, settings: DefocusSettings, has_alpha: bool
     ) -> Steps[Texture]:
-        """Blur a picture at proxy size, with one focus for all colours."""
+        """Return the blurred picture at proxy size, with one focus for all colors."""
         color, cutout, sharp = plate.color, plate.cutout, None
         coc = yield from self._compute_coc("coc", plate.depth, optics)
         if cutout is not None:
@@ -163,7 +166,7 @@ class DefocusPipeline:
     def _blur_with_alpha(
         self, source: LayeredPicture, optics: Optics, settings: DefocusSettings
     ) -> Steps[Texture]:
-        """Blur alpha as a picture of its own, then the colour, and join them."""
+        """Blur alpha as a picture of its own, then the color; return both joined, RGBA."""
         alpha_color = self.scratch.texture("alpha plate", source.color.size, 4)
         self._passes.alpha.as_color(source.color, alpha_color)
         yield self.scratch.end_pass("alpha")
@@ -184,7 +187,10 @@ class DefocusPipeline:
         return out
 
     def _compute_coc(self, name: str, depth: Texture, optics: Optics) -> Steps[Texture]:
-        """Return the signed coc for a depth texture, which may contain coc already."""
+        """Return the signed coc in pixels for a depth texture, which may contain coc already.
+
+        `name` is the name of the new texture in the scratch memory.
+        """
         if optics.line is None and not optics.plate_shift_px:
             return depth
         coc = self.scratch.texture(name, depth.size, 1)
@@ -241,21 +247,24 @@ BlurFunction = Callable[[Optics], Steps[Texture]]
 
 
 class ColorRounds:
-    """Runs a blur once, or once for each colour; `done` of `count` rounds are finished."""
+    """Runs a blur once for all colors, or once for each color.
+
+    done, count  how many of all rounds are finished, for reporting progress
+    """
 
     def __init__(self, color_pass: ColorPass) -> None:
         self._pass = color_pass
         self.done, self.count = 0, 1
 
     def run_once(self, blur_once: BlurFunction, optics: Optics) -> Steps[Texture]:
-        """Blur all colours at once."""
+        """Blur all colors at once."""
         self.done, self.count = 0, 1
         return (yield from blur_once(optics))
 
     def run_for_each_color(
         self, blur_once: BlurFunction, optics: Optics, size: tuple[int, int], scratch: Scratch
     ) -> Steps[Texture]:
-        """Blur with the focus of each colour and keep that colour; alpha comes with green."""
+        """Blur with the focus of each color and keep that color; alpha comes with green."""
         red_and_blue = scratch.texture("colours kept", size, 4)
         for done, color in enumerate((Color.RED, Color.BLUE)):
             self.done, self.count = done, 3

@@ -1,4 +1,4 @@
-"""Divide the work on pixels, so that a window can answer in between.
+"""Divide the work on pixels into short steps, so that a window can answer in between.
 
 Pictures are divided into bands of rows. Passes that process only some pixels read these from lists
 on the GPU (lib/pixel_list.lib.glsl), which are divided into slices.
@@ -79,7 +79,7 @@ class Slices:
         self._uses_slices = is_software(ctx)
 
     def count(self, size: tuple[int, int]) -> int:
-        """Return the number of slices for a picture of `size`."""
+        """Return the number of slices for the lists of a picture of `size`; 1 on a GPU."""
         return max(1, -(-size[0] * size[1] // self._PIXELS)) if self._uses_slices else 1
 
     def of(self, size: tuple[int, int]) -> Iterator[dict[str, object]]:

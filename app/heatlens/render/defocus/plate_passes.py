@@ -15,7 +15,7 @@ def proxy_size(size: tuple[int, int], proxy: float) -> tuple[int, int]:
 
 
 class CocPass:
-    """Converts depth in metres to the signed circle of confusion in pixels."""
+    """Converts depth in meters to the signed circle of confusion in pixels."""
 
     def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "defocus/coc.comp.glsl")
@@ -103,7 +103,7 @@ class RescalePass:
 
 
 class AlphaPass:
-    """Copies alpha to a picture of its own to be blurred, and back."""
+    """Copies alpha to a picture of its own, which is blurred as a color is, and back."""
 
     def __init__(self, ctx: Device) -> None:
         self._as_color = ComputeProgram(ctx, "defocus/alpha_as_color.comp.glsl")
@@ -141,7 +141,7 @@ class ColorPass:
 
 
 class ProxyPass:
-    """Reduces a plate: colour is averaged, depth is sampled."""
+    """Reduces a plate: color is averaged, depth is sampled."""
 
     def __init__(self, ctx: Device) -> None:
         self._programs = ProgramVersions(
@@ -157,7 +157,7 @@ class ProxyPass:
         out_depth: Texture,
         out_places: Texture | None = None,
     ) -> None:
-        """Reduce colour and depth; `depth_scale` is 1 for metres, the proxy scale for coc.
+        """Reduce color and depth; `depth_scale` is 1 for meters, the proxy scale for coc.
 
         `out_places`, RGBA, gets the position of the light of each highlight in its pixel.
         """

@@ -17,9 +17,12 @@ from heatlens.render.defocus.kernels import Kernel, gaussian_kernel, named_kerne
 
 @dataclass(frozen=True)
 class _QualityCost:
-    """The cost of a quality: kernel of the disc, steps of a Gaussian, largest number of layers.
+    """The settings of a quality that decide its cost.
 
-    parts  parts of the lens, for surfaces behind the focus
+    disc            name of the kernel of a disc
+    gaussian_steps  steps of the kernel of a Gaussian
+    layers          largest number of depth layers
+    parts           parts of the lens, for surfaces behind the focus; 1 for layers only
     """
 
     disc: str
@@ -76,9 +79,10 @@ def layers_for(settings: DefocusSettings) -> int:
 
 
 def parts_for(settings: DefocusSettings, is_guessed: bool = False) -> int:
-    """Return the number of parts of the lens; a number above 1 overrides that of the quality.
+    """Return into how many parts the lens is cut for surfaces behind the focus.
 
-    For surfaces that are only guessed, a quality uses fewer parts.
+    A number above 1 in the settings overrides that of the quality. For surfaces that are only
+    guessed, a quality uses fewer parts.
     """
     quality_parts = _cost_of(settings.effective_quality).parts
     used_parts = min(quality_parts, GUESSED_PARTS) if is_guessed else quality_parts

@@ -21,7 +21,7 @@ from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.device import Buffer, Device, Texture
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
-FRAGMENT_BYTES = 12
+FRAGMENT_BYTES = 12  # bytes of a fragment in a list
 _EXTRA_PER_PIXEL = 2  # additional fragments per pixel, for pixels without a list among others
 # Summed up in one dispatch: llvmpipe ends a loop silently after 65,535 rounds, 256 pixels in each.
 _PIXELS_PER_SUM = 1 << 22
@@ -73,7 +73,7 @@ class ProxyListsPass:
     ) -> None:
         """Merge the lists of the pixels that each pixel of a reduced picture covers, to `memory`.
 
-        `out_depth` is the reduced depth in metres. Where a list begins with the visible surface,
+        `out_depth` is the reduced depth in meters. Where a list begins with the visible surface,
         its depth is replaced by that of the nearest fragment.
         """
         list_inputs = {"start_block": whole.starts, "fragment_block": whole.words}
@@ -109,7 +109,10 @@ class ProxyListsPass:
         memory: ProxyListMemory,
         out_depth: Texture,
     ) -> None:
-        """Count the fragments of each list, sum them up, and write the lists to `memory`."""
+        """Count the fragments of each list, sum them up, and write the lists to `memory`.
+
+        `out_depth` gives the size of the reduced picture, and is changed as `merge` says.
+        """
         size = out_depth.size
         count_buffers = {**list_inputs, "proxy_start_block": memory.lists.starts}
         groups, images = pixel_groups(size), {"depth_img": out_depth}
@@ -125,7 +128,10 @@ class ProxyListsPass:
         )
 
     def _sum_up(self, memory: ProxyListMemory, pixel_count: int) -> None:
-        """Replace the length of each list by its start, in parts that every driver can do."""
+        """Replace the length of each list by its start, in parts that every driver can do.
+
+        A start is the number of fragments in all lists before it.
+        """
         for first_pixel in range(0, pixel_count, _PIXELS_PER_SUM):
             count = min(_PIXELS_PER_SUM, pixel_count - first_pixel)
             self._starts.dispatch(
@@ -168,7 +174,7 @@ def _whole_uniforms(whole: FragmentBuffers) -> dict[str, object]:
     }
 
 
-_NOTHING_REDUCED = 1.0, False
+_NOTHING_REDUCED = 1.0, False  # the state of `ReducedPlate` without a reduced plate
 
 
 @dataclass(frozen=True)
@@ -176,7 +182,7 @@ class PlateTextures:
     """A plate on the GPU.
 
     color      RGBA, scene-linear
-    depth      metres, or signed coc in pixels for a plate that has no distances
+    depth      meters, or signed coc in pixels for a plate that has no distances
     fragments  the surfaces along the ray of each pixel; None if the plate has no lists
     places     RGBA, subpixel positions of the light; None if they are not known
     cutout     the part that stays sharp; None if all is blurred
@@ -216,7 +222,7 @@ class ReducedPlate:
         memory = self._allocate_lists(whole.fragments, size, scratch) if has_lists else None
         cutout = None if whole.cutout is None else _allocate_cutout(whole.cutout, size, scratch)
         if self._reduced_state != (proxy, has_lists):
-            scale = proxy if optics.line is None else 1.0
+            scale = proxy if optics.line is None else 1.0  # coc in pixels shrinks with the picture
             self._pass.run(whole.color, whole.depth, scale, color, depth, places)
             if memory is not None:
                 self._write_lists(whole, places, memory, depth)
@@ -247,6 +253,7 @@ class ReducedPlate:
         capacity = proxy_list_capacity(self._ctx, fragments, size)
         starts = scratch.buffer("proxy starts", 4 * (size[0] * size[1] + 1))
         words = scratch.buffer("proxy fragments", FRAGMENT_BYTES * capacity)
+        # lists made from the silhouettes of the picture itself need not be matched to it
         lists = FragmentBuffers(
             starts,
             words,
@@ -264,7 +271,10 @@ class ReducedPlate:
 def _allocate_cutout(
     whole: CutoutTextures, size: tuple[int, int], scratch: Scratch
 ) -> CutoutTextures:
-    """Return a cutout of another size; the rest of its picture is reduced as a plate is."""
+    """Return memory for a cutout at another size; the rest of its picture is reduced as a plate.
+
+    `lights_of` and the pass of the plate fill it afterwards.
+    """
     return replace(
         whole,
         light=scratch.texture("proxy cutout", size, 4),

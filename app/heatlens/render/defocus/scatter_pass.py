@@ -43,9 +43,11 @@ Counts = npt.NDArray[np.uint32]
 class ScatterTargets:
     """The textures in which discs are drawn and composited, all of the picture's size.
 
-    light, cover          RGBA and red, the sums of one bin
-    out_color, out_cover  RGBA and red, the composite of all bins
-    place, pixel          buffers: starts of bins, and sorted pixels; see `buffer_bytes`
+    light, cover          RGBA and red: the sums of light and coverage of the discs of one bin
+    out_color, out_cover  RGBA and red: the composite of all bins
+    place                 buffer: the number of pixels in each bin and row after the first pass,
+                          then replaced by where the pixels of each bin and row begin
+    pixel                 buffer: the pixels of the picture, sorted by bin
     """
 
     light: Texture
@@ -62,7 +64,10 @@ def buffer_bytes(size: tuple[int, int]) -> dict[str, int]:
 
 
 def disc_sums(disc: DiscShape) -> npt.NDArray[np.float64]:
-    """Return (SCATTER_DISC_SUMS,) sums of the coverage of small discs, by eighths of px of coc."""
+    """Return the sum of the coverage of all pixels by small discs, (SCATTER_DISC_SUMS,).
+
+    Their diameters rise from 0 in steps of 1 / SCATTER_STEPS_A_PX pixels.
+    """
     diameters = np.arange(SCATTER_DISC_SUMS) / SCATTER_STEPS_A_PX
     return np.array([_disc_sum(disc, d / 2) for d in diameters])
 
@@ -75,7 +80,10 @@ def _disc_sum(disc: DiscShape, radius: float) -> float:
 
 
 def bin_starts(counts: Counts) -> Counts:
-    """Return (rows, SCATTER_BINS): where the pixels of each row and bin begin, far bins first."""
+    """Return where the pixels of each row and bin begin in the sorted list, far bins first.
+
+    `counts` and the result are (rows, SCATTER_BINS).
+    """
     far_to_near = counts[:, ::-1].T.astype(np.uint64)  # bins, rows
     flat = far_to_near.ravel()
     starts = (np.cumsum(flat) - flat).reshape(far_to_near.shape)
@@ -83,14 +91,14 @@ def bin_starts(counts: Counts) -> Counts:
 
 
 def bin_coc_px(bin_index: int, largest_px: float) -> float:
-    """Return the largest |coc| that a bin can hold."""
+    """Return the largest |coc| in pixels that a bin can hold; `largest_px` is that of the plate."""
     if bin_index in (0, SCATTER_BINS - 1):
         return largest_px
     return min(largest_px, SCATTER_GROWTH ** abs(bin_index - SCATTER_MIDDLE))
 
 
 def disc_fragments(coc_px: float, disc: DiscShape, size: tuple[int, int]) -> int:
-    """Return how many pixels drawing a disc touches: the part of its box inside the picture."""
+    """Return how many pixels drawing a disc touches at most: those of its box in the picture."""
     sides = [(coc_px + disc.wider_px) * half + 2 * DISC_RAMP_PX + 1 for half in disc.half_extents]
     across, down = (min(side, most) for side, most in zip(sides, size, strict=True))
     return max(1, int(across * down))
@@ -122,6 +130,7 @@ class ScatterPass:
         """Fill `targets.out_color`, RGBA as `color`, in steps that are short wherever discs lie."""
         totals = self._sort_pixels(coc, targets)
         yield
+        # the bins that hold pixels, far to near
         bins = [int(index) for index in np.flatnonzero(totals)[::-1]]
         sums = [float(value) for value in disc_sums(optics.disc)] if optics.disc.is_plain else []
         largest_px = max(abs(optics.nearest_px), abs(optics.farthest_px))
@@ -141,7 +150,11 @@ class ScatterPass:
             yield
 
     def _sort_pixels(self, coc: Texture, targets: ScatterTargets) -> Counts:
-        """Fill `targets.pixel`, far to near, and count the pixels in each bin."""
+        """Sort the pixels into `targets.pixel`, far to near; return how many are in each bin.
+
+        A first pass counts the pixels of each bin and row. The counts are replaced by where each
+        bin and row begins, and a second pass puts the pixels there. This waits for the GPU.
+        """
         rows = coc.size[1]
         groups = (groups_for(rows, ROW_GROUP), 1)
         buffers = {"place_block": targets.place, "pixel_block": targets.pixel}
@@ -166,6 +179,7 @@ class ScatterPass:
         uniforms = disc.uniforms | ({"disc_sums": sums} if sums else {})
         self._target.around(targets.light, targets.cover).use()
         program.bind(textures=textures, uniforms=uniforms)
+        # vertices, instances, first vertex and first instance
         self._command.write(np.array([4, count, 0, first], np.uint32).tobytes())
         self._ctx.draw_with(Blend.ADD)
         quads.render_indirect(self._command, Primitive.TRIANGLE_STRIP, 1)
@@ -185,7 +199,10 @@ class ScatterPass:
         )
 
     def _quads_of(self, program: DrawProgram, pixel: Buffer) -> VertexArray:
-        """Return the vertex array of a program for the sorted pixels; the latest is kept."""
+        """Return the vertex array of a program for the sorted pixels.
+
+        The latest array of each program is kept, and replaced if the buffer is another one.
+        """
         cached = self._quads.get(program)
         if cached is None or cached[0] is not pixel:
             if cached is not None:

@@ -34,7 +34,7 @@ class Lifetime:
 
 
 def lifetimes() -> dict[str, Lifetime]:
-    """Return the lifetime of each name, as the passes declare it."""
+    """Return the lifetime of each texture and buffer by its name, as the passes declare it."""
     passes, by_name = pass_list.PASSES, {}
     last_readers = {
         name: render_pass.name for render_pass in passes for name in render_pass.reads_last
@@ -91,13 +91,19 @@ class Scratch:
         components: int,
         storage: Storage = "f4",
     ) -> TextureArray:
-        """Return the texture array called `name`, with `layers` layers."""
+        """Return the texture array called `name`, with `layers` layers and its previous content.
+
+        Raises RuntimeError if the memory still belongs to another name.
+        """
         memory = self._lifetimes[name].memory
         texture_array = self._pool.array(memory, size, layers, components, storage)
         return self._lend_memory(name, memory, texture_array)
 
     def buffer(self, name: str, size_bytes: int) -> Buffer:
-        """Return the storage buffer called `name`, of at least `size_bytes`."""
+        """Return the storage buffer called `name`, of at least `size_bytes`.
+
+        Raises RuntimeError if the memory still belongs to another name.
+        """
         memory = self._lifetimes[name].memory
         return self._lend_memory(name, memory, self._pool.buffer(memory, size_bytes))
 
@@ -107,7 +113,10 @@ class Scratch:
         return BufferParts(self.buffer(name, count * part_bytes), part_bytes)
 
     def end_pass(self, name: str) -> str:
-        """Free all memory that the pass `name` was the last to read; return the name."""
+        """Free all memory that the pass `name` was the last to read.
+
+        Return the name, which the caller can yield as that of a step.
+        """
         for memory, (owner, resource) in list(self._owned.items()):
             if self._lifetimes[owner].last == name:
                 del self._owned[memory]

@@ -20,12 +20,16 @@ def tile_count(size: tuple[int, int]) -> TileCount:
 
 
 def visibility_bytes(size: tuple[int, int]) -> int:
-    """Return the bytes of a picture's visibility masks, whose lines are whole 32-bit words."""
+    """Return the bytes of a picture's visibility masks, in all four directions."""
     return 4 * sum(visibility_words(size))
 
 
 def visibility_words(size: tuple[int, int]) -> tuple[int, int, int, int]:
-    """Return the words of the masks along each direction, as lib/hidden.lib.glsl counts them."""
+    """Return the 32-bit words of the visibility mask along each of four directions.
+
+    A mask has a bit for each pixel, and each of its lines fills whole words. The directions are
+    rows, columns and both diagonals, as in lib/hidden.lib.glsl.
+    """
     width, height = size
     down = groups_for(height, 32)
     diagonal = (width + height) * down
@@ -106,7 +110,11 @@ class SegmentPass:
     def find(
         self, sizes: list[tuple[int, int]], masks: BufferParts, lists: BufferParts
     ) -> list[TileMask]:
-        """Return the masks of layers of these `sizes`, with lists of two parts for each layer."""
+        """Return the masks of layers of these `sizes`, with the runs of their active tiles.
+
+        `masks` has the words of each layer. `lists` is memory with two parts for each layer, one
+        for the runs in rows and one for those in columns.
+        """
         tiles = [tile_count(size) for size in sizes]
         layers = [
             (*count, *(run_length(length) for length in size))

@@ -29,11 +29,16 @@ from heatlens.render.gpu.textures import BufferParts
 
 @dataclass(frozen=True)
 class TileContent:
-    """For each tile, a word with bit l set if layer l has content there, and the nearest coc."""
+    """What each tile of the picture contains.
+
+    content  a word for each tile, with bit l set if layer l has content there
+    nearest  R of a pixel for each tile: the least signed coc there, pixels
+    size     width and height of the picture in pixels
+    """
 
     content: Buffer
     nearest: Texture
-    size: tuple[int, int]  # size of the picture in pixels
+    size: tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -84,7 +89,10 @@ class TilePass:
     def find_active(
         self, content: TileContent, plans: list[LayerPlan], optics: Optics, scratch: Scratch
     ) -> list[LayerTiles]:
-        """Find the active tiles of every layer, at its size."""
+        """Find the active tiles of every layer, at its size; `plans` are far to near.
+
+        A tile is active if the layer can be visible there.
+        """
         mask_bytes, list_bytes = TileMask.bytes_for(content.size), TileList.bytes_for(content.size)
         masks = scratch.parts("tile mask", len(plans), mask_bytes)
         lists = scratch.parts("tile list", len(plans), list_bytes)
@@ -113,9 +121,14 @@ class TilePass:
         lists: BufferParts,
         scratch: Scratch,
     ) -> None:
-        """Write the masks and lists of all layers."""
+        """Write the masks and the lists of active tiles of all layers, in two passes.
+
+        The first pass searches along rows of tiles, the second along columns.
+        """
         tiles, wider_scale = tile_count(content.size), max(optics.disc.half_extents)
         groups = (*_groups(tiles), len(plans))
+        # For each tile of each layer: the distance along its row to the next tile with content, the
+        # nearest coc that hides it, and the distance to the next tile in which the layer is open.
         scratch_buffers = {
             f"{name}_block": scratch.buffer(f"tile {name}", len(plans) * masks.part_bytes)
             for name in ("distance", "hider", "hole")
@@ -180,14 +193,22 @@ class SeenBitsPass:
 
 
 def _tiles_of(plan: LayerPlan, size: tuple[int, int], optics: Optics) -> tuple[int, int, int, int]:
-    """Return the uniforms of lib/tile_reach.lib.glsl for a layer."""
+    """Return tiles across and down, reach in tiles and reduction of a layer, for the shader.
+
+    See `layer_tiles` in lib/tile_reach.lib.glsl.
+    """
     tile_px, wider_scale = float(TILE * plan.reduction), max(optics.disc.half_extents)
     reach = reach_tiles(plan, optics.nearest_px, wider_scale, tile_px)
     return (*tile_count(plan.size(size)), reach, plan.reduction)
 
 
 def _cuts_px(layers: list[LayerCut]) -> tuple[tuple[float, ...], ...]:
-    """Return the cuts between layers, as tile_layers.comp.glsl takes them."""
+    """Return four signed coc in pixels for each cut between layers (tile_layers.comp.glsl).
+
+    Up to the first there is only the nearer layer, up to the second it covers in full; from the
+    third on the farther layer covers in full, from the fourth on it is alone. Unused cuts are
+    nearer than everything.
+    """
     cuts = [a.near for a, b in pairwise(layers) if a != b]
     ends = [
         (at - half, at - 0.1 * half, at, at + half)

@@ -10,7 +10,7 @@ from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
 _PICTURE = "display/display.comp.glsl"
 _DIFFERENCE = "display/display_difference.comp.glsl"
-_TRANSFORMS_MAX = 6  # number of transforms whose programs stay compiled, to switch back quickly
+_TRANSFORMS_MAX = 6  # transforms whose programs stay compiled, for switching back quickly
 
 
 class _BuiltTransform:

@@ -10,7 +10,7 @@ from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
 
 class OverlayPass:
-    """Converts depth to colours with alpha over the picture; programs are built on first use."""
+    """Converts depth to colors with alpha over the picture; programs are built on first use."""
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
@@ -29,14 +29,14 @@ class OverlayPass:
     ) -> None:
         """Write the overlay of this name, straight alpha, to `out`: RGBA8, as large as `depth`.
 
-        `depth` is metres, or coc in pixels if `optics.line` is None. A coc up to `sharp_px` counts
+        `depth` is meters, or coc in pixels if `optics.line` is None. A coc up to `sharp_px` counts
         as in focus; `layer_limits_px` are the signed diameters between the layers. `peaking` is
         drawn over the overlay; its edges come from `color`, scene-linear light of any size, which
         is stretched over `depth`.
         """
         line = optics.line
         near, far = optics.nearest_px, optics.farthest_px
-        limits = (*layer_limits_px, *[1e30] * LAYERS_MAX)[:LAYERS_MAX]
+        limits = (*layer_limits_px, *[1e30] * LAYERS_MAX)[:LAYERS_MAX]  # unused ones are farthest
         program, peaking = self._program(overlay, peaking is not None), peaking or USUAL_PEAKING
         program.dispatch(
             pixel_groups(out.size),

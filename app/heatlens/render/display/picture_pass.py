@@ -21,7 +21,7 @@ class Detail:
 
     plate    the plate, display values
     coarse   the part of the plate in focus, at the preview's size, display values
-    depth    of the plate: metres, or signed coc in pixels where `line` is None
+    depth    of the plate: meters, or signed coc in pixels where `line` is None
     line     signed coc over dioptres, in pixels of `depth`
     texel_px size of a pixel of the preview, in pixels of `depth`
     """
@@ -83,8 +83,8 @@ class PicturePass:
     def _draw(
         self, picture: PlacedPicture, target: Framebuffer, screen_px: tuple[int, int]
     ) -> None:
-        """Draw one picture, with its detail if it has one."""
-        clip = picture.clip
+        """Draw one picture, with its detail if it has one, only inside its clip."""
+        clip = picture.clip  # y down, while the rows of the target run up
         target.scissor = (clip.x0, screen_px[1] - clip.y1, clip.width, clip.height)
         self._ctx.draw_with(Blend.NONE if picture.is_opaque else Blend.OVER)
         textures: dict[str, Image] = {"picture_tx": picture.texture}
@@ -139,7 +139,7 @@ class FocusMeanPass:
     ) -> None:
         """Write the mean of the focused part of `color` to `out`.
 
-        `depth` holds metres, or signed coc in pixels if `line` is None. `mean` holds the mean of
+        `depth` holds meters, or signed coc in pixels if `line` is None. `mean` holds the mean of
         all of `color`, and has the size of `out`.
         """
         self._program.dispatch(

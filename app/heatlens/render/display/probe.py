@@ -1,4 +1,4 @@
-"""Read the values at a pixel: scene-linear colours, depth, circle of confusion, coordinates."""
+"""Read the values at a pixel: scene-linear colors, depth, circle of confusion, coordinates."""
 
 import math
 from dataclasses import dataclass, replace
@@ -42,7 +42,10 @@ class PictureReader:
         self._last: tuple[object, Rgba] | None = None
 
     def pixel(self, shown: Shown, version: object, at: tuple[int, int]) -> Rgba:
-        """Return the texel `at` (column, row) of the picture in float."""
+        """Return RGBA of the texel `at` (column, row) of the shown picture, as floats.
+
+        `version` changes whenever the content of the texture does.
+        """
         key = (version, shown.texture, at)
         if self._last is None or self._last[0] != key:
             box = (*at, 1, 1)
@@ -54,7 +57,10 @@ class PictureReader:
         return self._last[1]
 
     def _bind_framebuffer(self, texture: Texture) -> Framebuffer:
-        """Return a framebuffer of `texture`; release the previous one once the new one is bound."""
+        """Return a framebuffer of `texture`, and keep it until another texture is read.
+
+        The previous one is released only once the new one is bound.
+        """
         previous = self._framebuffer
         if previous is not None and previous[0] is texture:
             return previous[1]
@@ -91,6 +97,7 @@ def probe_at(
     `frame_px` is the pixel of the plate that is visible there, if it differs from `pixel`.
     """
     data, display = plate.data_window, plate.display_window
+    # The same pixel in the coordinates of the file, then the plate's own in its data window.
     file_px = pixel[0] + display.x0, pixel[1] + display.y0
     x, y = pixel if frame_px is None else frame_px
     column, row = x + display.x0 - data.x0, y + display.y0 - data.y0
@@ -116,7 +123,10 @@ def probe_at(
 
 
 def _sharp_m(lens: Lens, depth_m: float | None) -> tuple[float, float] | None:
-    """Return the depth of field if focused at `depth_m`; None if that is impossible."""
+    """Return the near and the far limit of sharpness if the lens were focused at `depth_m`.
+
+    Return None if there is no depth, or it is too near to be focused on.
+    """
     if depth_m is None or not depth_m > _FOCUS_LEAST * lens.focal_length_mm * 1e-3:
         return None
     focused = replace(lens, focus_distance_m=depth_m)
@@ -124,7 +134,10 @@ def _sharp_m(lens: Lens, depth_m: float | None) -> tuple[float, float] | None:
 
 
 def visible_depth_m(plate: Plate, pixel: tuple[int, int]) -> float | None:
-    """Return the distance at a pixel of the display window; None if there is none."""
+    """Return the distance in meters at a pixel of the display window.
+
+    Return None for a plate without distances, and outside the data window.
+    """
     data, display = plate.data_window, plate.display_window
     file_px = pixel[0] + display.x0, pixel[1] + display.y0
     if not (plate.has_distances and data.contains(*file_px)):

@@ -1,6 +1,6 @@
 """Keep rendered frames as display values, so that playback need not transform them again.
 
-This is for software rasterisers, on which the view transform of a frame takes longer than the frame
+This is for software rasterizers, on which the view transform of a frame takes longer than the frame
 lasts; a GPU does it in less than a millisecond.
 """
 
@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 from heatlens.render.gpu.device import Device, Texture
 
-ScreenLook = tuple[object, ...]
-Draw = Callable[[Texture], None]
+ScreenLook = tuple[object, ...]  # all that decides how light looks on the screen
+Draw = Callable[[Texture], None]  # draws the display values of a frame into a texture
 
-MOST_BYTES = 512 << 20
+MOST_BYTES = 512 << 20  # memory of all kept frames
 
 
 @dataclass(eq=False)
@@ -40,7 +40,10 @@ class ScreenFrames:
         return key in self._frames and self._frames[key].look == look
 
     def can_fit(self, key: str, size: tuple[int, int], planned: Collection[str]) -> bool:
-        """Return True if a frame of this size fits beside the `planned` frames."""
+        """Return True if a frame of this size fits beside the kept frames among `planned`.
+
+        `planned` are the keys of the frames that will be played.
+        """
         if key in self._frames:
             return True
         planned_bytes = sum(

@@ -30,11 +30,14 @@ class _Target:
     def __init__(self, ctx: Device, label: str) -> None:
         self._ctx = ctx
         self._label = label
-        self._key: Key | None = None
+        self._key: Key | None = None  # identifies the content; None if nothing is drawn yet
         self.texture: Texture | None = None
 
     def needs_update(self, size: tuple[int, int], key: Key) -> bool:
-        """Resize to `size`, and return True if the content is not that of `key`."""
+        """Resize to `size`; return True if the content is not that of `key` and must be drawn.
+
+        `key` counts as the content from now on.
+        """
         if self.texture is None or self.texture.size != size:
             if self.texture is not None:
                 self.texture.release()
@@ -79,7 +82,10 @@ class ScreenPictures:
         view: ViewState,
         b: Texture,
     ) -> Texture:
-        """Return A: the picture through the lens, the pinhole picture, or A's difference from B."""
+        """Return A: the picture through the lens, the pinhole picture, or A's difference from B.
+
+        `version` changes with the content of `shown`. `b` is the scene-linear picture of side B.
+        """
         source = shown.texture if view.depth_of_field else plate.color
         look = self._screen_look(view)
         is_difference = view.compare is Compare.DIFFERENCE
@@ -100,7 +106,10 @@ class ScreenPictures:
     def b(
         self, source: Texture, plate: Pinhole, view: ViewState, version: object = None
     ) -> Texture:
-        """Return B: the pinhole picture, the reference, or the picture of another method."""
+        """Return B: the pinhole picture, the reference, or the picture of another method.
+
+        `source` is its scene-linear light, whose content changes with `version`.
+        """
         is_pinhole = source is plate.color
         target = self._pinhole if is_pinhole else self._b
         look = self._screen_look(view)
@@ -153,7 +162,7 @@ class ScreenPictures:
         return Detail(fine, coarse, plate.depth, optics.line, 1.0 / proxy)
 
     def _fine_plate(self, plate: Pinhole, proxy: float, view: ViewState) -> Texture:
-        """Return the plate, reduced if the picture at rest is smaller."""
+        """Return the plate as display values, at the size of the picture at rest."""
         size = proxy_size(plate.color.size, proxy)
         look = self._screen_look(view)
         target = self._fine
@@ -169,7 +178,7 @@ class ScreenPictures:
     def _coarse_plate(
         self, plate: Pinhole, proxy: float, view: ViewState, line: CocLine | None
     ) -> Texture:
-        """Return the part of the plate that is in focus, at the size of a preview."""
+        """Return the part of the plate in focus as display values, at the size of a preview."""
         size = proxy_size(plate.color.size, proxy)
         look = self._screen_look(view)
         target = self._coarse
@@ -214,7 +223,7 @@ class ScreenPictures:
     def overlay(
         self, plate: Pinhole, shot: Shot, frame: int, view: ViewState, shown: Shown
     ) -> Texture:
-        """Return the colours of the overlay and the peaking for the current lens.
+        """Return the colors of the overlay and the peaking for the current lens.
 
         Peaking finds its edges in the picture that is `shown`, if that is not a preview.
         """

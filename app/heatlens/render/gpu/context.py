@@ -40,7 +40,10 @@ BYTES_PER_PIXEL = 300
 
 
 def check_plate_fits(ctx: Device, width: int, height: int) -> None:
-    """Refuse a plate with a side over the largest texture; OpenGL would not complain by itself."""
+    """Raise GpuError for a plate with a side over the largest texture.
+
+    OpenGL would not complain by itself.
+    """
     limit = ctx.limits.texture_side_px
     if max(width, height) > limit:
         raise GpuError(
@@ -50,7 +53,10 @@ def check_plate_fits(ctx: Device, width: int, height: int) -> None:
 
 
 def check_texture_fits(ctx: Device, picture: tuple[int, int], needed: tuple[int, int]) -> None:
-    """Refuse a picture that needs a texture beyond the largest. Raises GpuError."""
+    """Raise GpuError if a picture needs a texture beyond the largest one.
+
+    `picture` is its size, and `needed` that of the texture.
+    """
     limit = ctx.limits.texture_side_px
     if max(needed) > limit:
         raise GpuError(
@@ -60,7 +66,10 @@ def check_texture_fits(ctx: Device, picture: tuple[int, int], needed: tuple[int,
 
 
 def check_work_fits(ctx: Device, width: int, height: int) -> None:
-    """Refuse a picture that does not fit OpenGL's storage blocks or the machine's memory."""
+    """Raise GpuError for a picture too large for OpenGL's storage blocks or the free memory.
+
+    The memory counts only where the processor draws.
+    """
     list_limit = ctx.limits.storage_block_bytes // 4 - 4  # a word a pixel
     if width * height > list_limit:
         raise GpuError(
@@ -76,7 +85,10 @@ def check_work_fits(ctx: Device, width: int, height: int) -> None:
 
 
 def check_storage_fits(ctx: Device, size_bytes: int, content: str) -> None:
-    """Refuse a buffer beyond OpenGL's storage blocks."""
+    """Raise GpuError for a buffer larger than OpenGL's storage blocks.
+
+    `content` names what it holds, for the message.
+    """
     limit = ctx.limits.storage_block_bytes
     if size_bytes > limit:
         raise GpuError(

@@ -84,7 +84,7 @@ class Sampled(ABC):
 
     @abstractmethod
     def write(self, data: Data, viewport: Area | None = None) -> None:
-        """Replace the content, or that of an area."""
+        """Replace the content, row 0 first, or that of an area."""
 
     @abstractmethod
     def read(self) -> bytes:
@@ -183,7 +183,7 @@ class BufferPart:
 
 
 class DepthBuffer(ABC):
-    """The depths beside the colours of a framebuffer."""
+    """The depths beside the colors of a framebuffer."""
 
     @abstractmethod
     def release(self) -> None:
@@ -194,7 +194,7 @@ class Framebuffer(ABC):
     """Textures that draws write into, or the window.
 
     scissor        nothing outside of it is drawn or cleared; None for no limit
-    writes_color, writes_depth  False leaves the colours or the depths as they are
+    writes_color, writes_depth  False leaves the colors or the depths as they are
     """
 
     size: tuple[int, int]
@@ -212,7 +212,7 @@ class Framebuffer(ABC):
     def clear(
         self, red: float = 0.0, green: float = 0.0, blue: float = 0.0, alpha: float = 0.0
     ) -> None:
-        """Fill it with a colour, and its depths with the farthest."""
+        """Fill it with a color, and its depths with the farthest."""
 
     @abstractmethod
     def read(self, viewport: Area | None = None, components: int = 3, dtype: str = "f1") -> bytes:
@@ -292,10 +292,10 @@ class Timer(AbstractContextManager["Timer"]):
 
 
 class Device(ABC):
-    """Makes textures, buffers, programs and targets, and issues work to one GPU or rasteriser.
+    """Makes textures, buffers, programs and targets, and issues work to one GPU or rasterizer.
 
     name, vendor, version  of the driver
-    is_software            a rasteriser on the processor: no fast memory, and timers are wrong; a
+    is_software            a rasterizer on the processor: no fast memory, and timers are wrong; a
                            test may set it to False to have what a GPU would get
     error                  the driver's error since the last time this was read; "" for none
     """

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from heatlens.render.gpu.device import DepthBuffer, Device, Framebuffer, Texture
 
-_TARGETS_MAX = 10
+_TARGETS_MAX = 10  # framebuffers that are kept
 
 
 class DrawTarget:

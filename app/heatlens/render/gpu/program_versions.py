@@ -30,9 +30,9 @@ class ProgramVersions(Generic[Built]):
         return tuple(self._built.values())
 
 
-Variants = tuple[Mapping[str, object], ...]
+Variants = tuple[Mapping[str, object], ...]  # the defines of each build of a shader
 
-PLAIN: Variants = ({},)
+PLAIN: Variants = ({},)  # one build without defines
 
 
 def without_and_with(define: str) -> Variants:

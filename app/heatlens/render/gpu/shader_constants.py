@@ -47,7 +47,7 @@ SCATTER_DISC_SUMS = SCATTER_STEPS_A_PX * SCATTER_SMALL_PX + 1
 
 
 def _to_glsl(value: object) -> str:
-    """Return a number, a colour or a list of colours as GLSL writes it."""
+    """Return a number, a color or a list of colors as GLSL writes it."""
     if not isinstance(value, tuple | list):
         return repr(value)
     kind = "vec3" if isinstance(value, tuple) else f"vec3[{len(value)}]"

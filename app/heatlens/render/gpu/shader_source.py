@@ -87,7 +87,10 @@ def assemble(folder: Path, name: str, defines: Mapping[str, object] | None = Non
 def _expand(
     folder: Path, name: str, defines: Mapping[str, object], files: dict[str, "_ShaderFile"]
 ) -> str:
-    """Return the text of a file with its includes in place; add each file to `files`."""
+    """Return the text of a file with its includes in place.
+
+    Each file is added to `files`, and is included only once.
+    """
     base = len(files) * LINES_PER_FILE
     file = files[name] = _read_file(folder, name)
     parts = [f"#line {base + 1}\n"]
@@ -102,7 +105,12 @@ def _expand(
 
 @dataclass(frozen=True)
 class _Piece:
-    """Lines of a file up to line `end`, which includes a file or names a define that does."""
+    """The lines of a file before an include, or after the last one.
+
+    text     the lines
+    end      number of the line with the include, or of the last line
+    include  the file that is included, or a define that names it; "" for none
+    """
 
     text: str
     end: int

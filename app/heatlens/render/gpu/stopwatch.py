@@ -1,6 +1,6 @@
 """Measure the time of each pass, by name.
 
-GPUs are measured by timer queries. Software rasterisers, whose queries return garbage, are measured
+GPUs are measured by timer queries. Software rasterizers, whose queries return garbage, are measured
 by the clock.
 """
 
@@ -33,7 +33,7 @@ class Stopwatch:
 
     @contextmanager
     def measure(self, name: str) -> Iterator[None]:
-        """Time the GPU work issued inside."""
+        """Add the time of the GPU work issued inside the block to the pass `name`."""
         if not self.is_on:
             yield
             return

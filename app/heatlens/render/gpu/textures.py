@@ -1,4 +1,4 @@
-"""Make the textures of passes (nearest, clamped, labelled), and move NumPy data in and out.
+"""Make the textures of passes (nearest, clamped, labeled), and move NumPy data in and out.
 
 Storage buffers can be divided into equal parts that are bound like separate buffers.
 """
@@ -88,7 +88,7 @@ def upload(texture: Texture, pixels: FloatArray) -> None:
 
 
 def upload_steps(texture: Texture, pixels: FloatArray) -> Iterator[None]:
-    """Upload band by band, so that a window can answer in between."""
+    """Write `pixels` as `upload` does, band by band, so that a window can answer in between."""
     width, height = texture.size
     rows = max(1, _BAND_BYTES // max(1, 4 * texture.components * width))
     pixels = np.ascontiguousarray(pixels, np.float32)

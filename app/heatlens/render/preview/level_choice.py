@@ -90,7 +90,8 @@ def level_at_rest(
 ) -> DefocusSettings | None:
     """Return the settings to render after the shown preview: the whole picture or a better preview.
 
-    If the plate will soon be refined, return only settings that are fast to render, or None.
+    `is_plate_whole` is False if the plate will soon be refined: then return only settings that are
+    fast to render, or None.
     """
     whole_s = predict(requested)
     patience_s = _DIRECT_MAX_S if is_plate_whole else _DIRECT_MAX_COARSE_S
@@ -108,9 +109,10 @@ def level_at_rest(
 # Otherwise an NVIDIA H200 showed a third of the size while the whole picture takes 5 ms.
 @dataclass
 class CostModel:
-    """Seconds per pixel by kind of picture and scale; unknown kinds are estimated from known ones.
+    """Predicts render times from those of earlier pictures.
 
-    For scenes seen from many points of the lens, seconds per pixel and point.
+    It keeps seconds per pixel by kind of picture and scale, for scenes seen from many points of the
+    lens seconds per pixel and point. Unknown kinds are estimated from known ones.
     """
 
     seconds_per_px: dict[SizedKind, float] = field(default_factory=dict)
@@ -135,6 +137,7 @@ class CostModel:
         else:
             self._forget_builds(settings)
         known_s_per_px = self.seconds_per_px.get(sized, new_s_per_px)
+        # the ratio by which all known times of this sort of work are changed below
         factor = 1.0 + _NEWEST_WEIGHT * (new_s_per_px / known_s_per_px - 1.0)
         self.seconds_per_px[sized] = known_s_per_px
         for similar in self._known_of_sort(settings):
@@ -185,7 +188,7 @@ def _kind(settings: DefocusSettings) -> Kind:
 
 
 def _work(settings: DefocusSettings) -> float:
-    """Return the relative work for a whole picture, or for one view of a scene."""
+    """Return the work for a whole picture, or for one view of a scene, to compare settings by."""
     return (1.0 if settings.method.needs_scene else _work_per_pixel(settings)) * settings.proxy**2
 
 

@@ -29,7 +29,7 @@ def without_notes(shot: Shot) -> Shot:
 
 
 def whole_picture(shot: Shot, frame: int, plate: int) -> PictureKey:
-    """Return the key of the picture as `heatlens render` would make it."""
+    """Return the key of the whole picture, which `heatlens render` would make; no preview."""
     return PictureKey(plate, frame, shot, shot.defocus)
 
 

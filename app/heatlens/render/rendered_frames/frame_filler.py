@@ -18,7 +18,7 @@ from heatlens.render.gpu.textures import download
 from heatlens.render.rendered_frames.kept_pictures import RenderedPicture
 from heatlens.render.source.source import Source, StampedFile
 
-_WAITING = "waiting for a plate"
+_WAITING = "waiting for a plate"  # name of a step in which there is nothing to render
 
 
 @dataclass(frozen=True)
@@ -80,8 +80,9 @@ class FrameFiller:
     def work(
         self, job: FrameJob, next_job: FrameJob | None, slice_s: float
     ) -> RenderedPicture | None:
-        """Continue with `job` for about `slice_s`, at least one step; return its finished picture.
+        """Continue with `job` for about `slice_s` seconds, at least one step.
 
+        Return its picture once it is finished, else None. The plate of `next_job` is read ahead.
         A job whose key differs from that of the previous call starts from the beginning. Raises
         HeatlensError if the job cannot be rendered.
         """
@@ -158,7 +159,7 @@ class FrameFiller:
             self._start_reading(file)
 
     def _start_reading(self, file: PlateFile) -> "Future[Plate]":
-        """Return the plate that is being read, and start to read it at the first call."""
+        """Return the future of a plate; the first call starts to read it."""
         if file not in self._reads:
             self._reads[file] = self._reader.submit(_read_if_unchanged, file)
             self._reads[file].add_done_callback(lambda _: self._wake())

@@ -103,8 +103,9 @@ def _program_files() -> list[Path]:
 
 @dataclass(frozen=True)
 class PlayOrder:
-    """Up to `frames_max` of the played frames, from the playhead on in the direction of playback.
+    """The order in which up to `frames_max` of the played frames are rendered.
 
+    It begins at the playhead and goes in the direction of playback: backward below 0, else forward.
     Playback loops, so the first frame follows the last. A playhead outside the played range counts
     as its beginning.
     """
@@ -130,7 +131,7 @@ NO_ORDER = PlayOrder(0, 1, FrameRange(0, 0), 0)
 
 
 def runs_of(frames: frozenset[int]) -> tuple[FrameRange, ...]:
-    """Return neighbouring frames as ranges, in order."""
+    """Return the frames as ranges in order, each as long as it can be."""
     runs: list[FrameRange] = []
     for frame in sorted(frames):
         if runs and runs[-1].last == frame - 1:

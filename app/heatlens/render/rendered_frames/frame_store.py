@@ -27,7 +27,10 @@ def memory_bytes_of(megabytes: int) -> int:
 
 
 class FrameStore:
-    """Answers queries at once; `version` increases whenever the content may have changed."""
+    """Keeps pictures by key in memory and on disk; queries are answered at once.
+
+    `version` increases whenever the content may have changed.
+    """
 
     def __init__(
         self,
@@ -72,7 +75,7 @@ class FrameStore:
             return bool(self._writing or self._loading)
 
     def capacity(self, picture_bytes: int) -> int:
-        """Return how many pictures of this size can be kept."""
+        """Return how many pictures of this size can be kept, in memory or on disk."""
         limits = [self.memory.limit_bytes // max(picture_bytes, 1)]
         if self.disk is not None:
             limits.append(self.disk.limit_bytes // (picture_bytes + _FILE_EXTRA_BYTES))
@@ -150,7 +153,10 @@ class FrameStore:
             self.problem = f"Rendered frames are kept only in memory: {error}"
 
     def _load(self, disk: DiskStore, key: str, generation: int) -> None:
-        """Read a picture from the disk into memory."""
+        """Read a picture from the disk into memory; runs on a thread.
+
+        The picture is dropped if the store was cleared meanwhile, so that `generation` has changed.
+        """
         self._unreadable.add(key)  # until it was read, because a file is tried only once
         try:
             with self._report_problem("A rendered frame could not be read from the disk"):

@@ -34,7 +34,7 @@ _F = TypeVar("_F", np.float16, np.float32)
 _Parts = tuple[npt.NDArray[_F], Box, Box, float]  # of a picture
 
 _HALF_MOST = 65504.0  # the largest half float; larger values would become infinite
-_MAGIC = b"HLframe1"
+_MAGIC = b"HLframe1"  # how every file of a picture begins
 _HEAD = struct.Struct("<8sII")  # magic, CRC-32 of the rest, length of the description
 
 
@@ -146,7 +146,7 @@ def default_memory_bytes() -> int:
     return (_UNKNOWN_FREE if free is None else free) // _FREE_SHARE
 
 
-DEFAULT_BYTES = 4 << 30
+DEFAULT_BYTES = 4 << 30  # limit of the folder if the user sets none
 _NAME = re.compile(r"([0-9a-f]{32})\.frame")
 
 

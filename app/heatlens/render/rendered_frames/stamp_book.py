@@ -20,7 +20,11 @@ FilesAt = Callable[[int], tuple[Path, ...]]
 
 @dataclass(frozen=True, eq=False)
 class LookUp:
-    """The result of a look-up; the same object as the previous one if nothing has changed."""
+    """The result of a look-up; the same object as the previous one if nothing has changed.
+
+    frames  the files of each frame, with their stamps
+    paths   each of these files by its path
+    """
 
     frames: dict[int, tuple[StampedFile, ...]] = field(default_factory=dict)
     paths: dict[Path, StampedFile] = field(default_factory=dict)
@@ -71,7 +75,10 @@ class StampBook:
         return self.latest.frames.get(frame)
 
     def stamped_files(self, paths: Iterable[Path]) -> tuple[StampedFile, ...] | None:
-        """Return files as they were looked up for any frame; None if one was not."""
+        """Return the files at `paths` as they were looked up for any frame.
+
+        Return None if one of them was not looked up.
+        """
         files = [self.latest.paths.get(path) for path in paths]
         found_files = tuple(file for file in files if file is not None)
         return found_files if len(found_files) == len(files) else None

@@ -31,11 +31,11 @@ _EACH_COLOR: tuple[Colors, ...] = ((1.0, 0, 0, 0), (0, 1.0, 0, 1.0), (0, 0, 1.0,
 Array = NDArray[np.float64]
 Words = NDArray[np.uint32]
 
-_BITS = 32
+_BITS = 32  # bits of a coordinate, which is a fraction of 2^32
 # Joe and Kuo 2008, new-joe-kuo-6.21201: coefficients of the polynomial and first odd numbers, for
 # each dimension after the first, which is van der Corput's.
 _POLYNOMIALS = (((), (1,)), ((1,), (1, 3)), ((0, 1), (1, 3, 1)))
-_FACTORS = (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6)
+_FACTORS = (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6)  # constants of the hash, Burley 2020
 
 
 class Accumulation:
@@ -47,8 +47,9 @@ class Accumulation:
             lambda switches: ComputeProgram(ctx, "scene_gpu/accumulate.comp.glsl", switches)
         )
         self._pool = TexturePool(ctx)
+        # Identifies the scene, view, lens and size of the sum; None before the first view.
         self._key: tuple[object, tuple[int, int]] | None = None
-        self._count = 0
+        self._count = 0  # views in the sum
 
     def release(self) -> None:
         """Release everything on the GPU."""
@@ -77,7 +78,7 @@ class Accumulation:
         """
         if self._key != (key, view.size) or self._count > views:
             self._key, self._count = (key, view.size), 0
-        if self._count == views:
+        if self._count == views:  # there is nothing to draw, only the mean to write
             weights = _weight_uniforms(pupil, view, (0.0, 0.0), _ALL_COLORS)
             self._add(out, pupil, weights, is_new=False)
             return
@@ -88,6 +89,7 @@ class Accumulation:
             for colors, color_view in _views_of_colors(pupil, sample_view):
                 yield from self._draw(color_view, not pupil.is_plain)
                 weights = _weight_uniforms(pupil, color_view, (u, v), colors)
+                # Blue is drawn last and red first; a view of all colors is both.
                 is_last = colors[2] == 1.0
                 is_first = index == 0 and colors[0] == 1.0
                 self._add(out, pupil, weights, is_new=True, is_first=is_first)
@@ -95,7 +97,10 @@ class Accumulation:
                 yield "view" if is_last else "band"
 
     def _draw(self, view: SceneView, has_depth: bool) -> Iterator[str]:
-        """Draw the texture "view", and "depth" if requested, band by band."""
+        """Draw a view into the texture "view", and its depth into "depth" if requested, in bands.
+
+        A step "band" comes between two bands.
+        """
         view_texture = self._pool.texture("view", view.size, 4)
         for band in self._raster.bands.of(view.size):
             self._raster.draw(view, view_texture, band)
@@ -112,7 +117,11 @@ class Accumulation:
         is_new: bool,
         is_first: bool = False,
     ) -> None:
-        """Add the view that was drawn last, or only write the mean again."""
+        """Add the view that was drawn last to the sum, and write the mean to `out`.
+
+        `weights` are the uniforms that weigh the view; None if all views weigh the same. If not
+        `is_new`, only the mean is written again. `is_first` begins the sum.
+        """
         textures = {"view_tx": self._pool.texture("view", out.size, 4)}
         images: dict[str, Image] = {"mean_img": out}
         if weights is not None:
@@ -134,7 +143,10 @@ class Accumulation:
 
 
 def _views_of_colors(pupil: Pupil, view: SceneView) -> Iterator[tuple[Colors, SceneView]]:
-    """Yield one view for all colours, or one each if every colour has its own focus."""
+    """Yield one view for all colors, or one each if every color has its own focus.
+
+    The first value of a pair is 1 for each color that the view counts for.
+    """
     if pupil.axial_dioptres == 0.0:
         yield _ALL_COLORS, view
         return
@@ -164,7 +176,7 @@ def lens_samples(
 ) -> tuple[Array, Array]:
     """Return the offsets and jitters, (n, 2) each, of samples `count_from` to `count_to` - 1.
 
-    Offsets are uniform over `pupil`, in metres, jitters over the pixel, [-0.5, 0.5). Equal numbers
+    Offsets are uniform over `pupil`, in meters, jitters over the pixel, [-0.5, 0.5). Equal numbers
     and an equal seed, 0 to 2^32 - 1, give equal points.
     """
     points = _sobol(np.arange(count_from, count_to, dtype=np.uint32), seed)
@@ -172,7 +184,7 @@ def lens_samples(
 
 
 def _sobol(numbers: Words, seed: int) -> Array:
-    """Return (n, 4) scrambled points in [0, 1)."""
+    """Return the scrambled points (n, 4), in [0, 1), of Sobol's sequence at these `numbers`."""
     words = np.stack([_digits(numbers, column) for column in _DIRECTIONS], axis=-1)
     salts = _hash_words(np.arange(1, 5, dtype=np.uint32) ^ _hash_words(np.array([seed], np.uint32)))
     return np.asarray(_scramble(words, salts) / 2.0**_BITS)
@@ -186,7 +198,11 @@ def _directions() -> Words:
 
 
 def _direction_row(inner: tuple[int, ...], start: tuple[int, ...]) -> list[int]:
-    """Return the recurrence of Bratley and Fox 1988 for one primitive polynomial."""
+    """Return the 32 direction words of the dimension with one primitive polynomial.
+
+    `inner` are the inner coefficients of the polynomial and `start` the first odd numbers. The
+    recurrence is that of Bratley and Fox 1988.
+    """
     degree = len(start)
     row = [number << (_BITS - 1 - bit) for bit, number in enumerate(start)]
     for bit in range(degree, _BITS):
@@ -201,7 +217,7 @@ _DIRECTIONS = _directions()
 
 
 def _digits(numbers: Words, directions: Words) -> Words:
-    """Return the points of one dimension as fractions of 2^32."""
+    """Return the coordinates of points along one dimension, as fractions of 2^32."""
     words = np.zeros_like(numbers)
     for bit, direction in enumerate(directions):
         words ^= (numbers >> np.uint32(bit) & np.uint32(1)) * direction

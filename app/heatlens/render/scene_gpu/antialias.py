@@ -1,7 +1,7 @@
 """A pinhole picture with several samples a pixel, and a mask of the pixels that need more.
 
 All samples of a band of rows are drawn at once, as the pixels of a larger picture. Where the
-samples of a pixel and its neighbours hardly differ, more samples would make no visible difference.
+samples of a pixel and its neighbors hardly differ, more samples would make no visible difference.
 """
 
 from collections.abc import Iterator
@@ -63,7 +63,7 @@ class Antialias:
         key = key, view.size, across
         if key == self._key:
             return
-        self._key = None
+        self._key = None  # the picture in memory is incomplete until the last step
         for rows in self._raster.bands.of_samples(view.size, across, LARGER):
             samples = view_of_samples(view, rows, across)
             sample_texture = self._pool.texture("samples", samples.size, 4)
@@ -88,7 +88,10 @@ class Antialias:
     def _average(
         self, samples: SceneView, sample_texture: Texture, size: tuple[int, int], rows: Rows
     ) -> None:
-        """Write the mean and the spread of the samples of some rows."""
+        """Write the mean and the spread of the samples of each pixel of some rows.
+
+        `samples` is the view that was drawn, and `size` that of the whole picture in pixels.
+        """
         self._mean_program.dispatch(
             pixel_groups((size[0], samples.size[1] // samples.across)),
             textures={"samples_tx": sample_texture},

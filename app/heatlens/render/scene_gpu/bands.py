@@ -18,7 +18,7 @@ from heatlens.render.gpu.device import Device
 # bands.
 _LEAST_PX = 1 << 16
 _PX_PER_TRIANGLE = 1
-# Rows come in quarters of a tile of Mesa's rasteriser; with a small share, in its smallest blocks.
+# Rows come in quarters of a tile of Mesa's rasterizer; with a small share, in its smallest blocks.
 _ROWS, _ROWS_LEAST = 16, 4
 _SAMPLES_MOST = 1 << 21  # samples in a band; its texture has 16 bytes for each
 
@@ -37,7 +37,7 @@ class Bands:
         self._uses_bands, self._triangles, self.share = is_software(ctx), triangles, 1.0
 
     def _band_pixels(self, share: float) -> int:
-        """Return the size of a band on a processor."""
+        """Return how many pixels a band has on a processor; `share` is that of the usual size."""
         return max(round(share * _LEAST_PX), _PX_PER_TRIANGLE * self._triangles)
 
     def of(self, size: tuple[int, int], factor: int = 1) -> Iterator[Box]:
@@ -81,6 +81,7 @@ def view_of_samples(view: SceneView, rows: Rows, across: int) -> SceneView:
     Its pixels are the samples.
     """
     (width, height), (first, end) = view.size, rows
+    # how far the middle of these rows is below the middle of the picture
     below_px = (first + end - height) / 2
     return replace(
         view,

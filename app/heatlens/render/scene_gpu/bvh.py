@@ -2,7 +2,7 @@
 
 All nodes of a level are split together: items go into bins along each axis, and each node is cut by
 the surface area heuristic (Wald 2007, "On fast construction of SAH-based bounding volume
-hierarchies"). The two children of a node are neighbours in the array.
+hierarchies"). The two children of a node are neighbors in the array.
 """
 
 from collections.abc import Sequence
@@ -53,13 +53,17 @@ class MeshTrees:
 
 
 def build(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
-    """Return the tree over boxes (n, 3), of which there is at least one."""
+    """Return the tree over boxes with the corners `low` and `high` (n, 3), n at least 1.
+
+    A leaf has at most `leaf_most` boxes.
+    """
     order = np.arange(len(low))
     positions = np.arange(len(low))  # positions in `order` of this level's items, node after node
     counts = np.array([len(low)])
     levels: list[NDArray[np.void]] = []
     node_count = 1
     while len(counts):
+        # the items of this level, node after node, and where those of each node start
         items, starts = order[positions], np.cumsum(counts) - counts
         nodes = _boxes(low[items], high[items], starts)
         inner = counts > leaf_most
@@ -69,6 +73,7 @@ def build(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
         positions, items, counts = positions[is_in_inner], items[is_in_inner], counts[inner]
         axis, is_upper = _choose_cuts(low[items], high[items], counts, BVH_DEPTH_MOST - len(levels))
         nodes["count"][inner] = -1 - axis
+        # the number of the child, among those of this level, that each item goes to
         halves = 2 * np.repeat(np.arange(len(counts)), counts) + is_upper
         order[positions] = items[np.argsort(halves, kind="stable")]
         levels.append(nodes)
@@ -78,7 +83,7 @@ def build(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
 
 
 def _boxes(low: Floats, high: Floats, starts: Ints) -> NDArray[np.void]:
-    """Return nodes with the bounds of the items from each of `starts` to the next."""
+    """Return a node for each of `starts`, with the bounds of the items from there to the next."""
     nodes = np.zeros(len(starts), NODE)
     nodes["low"] = np.minimum.reduceat(low, starts)
     nodes["high"] = np.maximum.reduceat(high, starts)
@@ -89,9 +94,14 @@ def _boxes(low: Floats, high: Floats, starts: Ints) -> NDArray[np.void]:
 # items could not be divided down to single ones in the remaining levels, because the stack of a ray
 # in the shader has a fixed size.
 def _choose_cuts(low: Floats, high: Floats, counts: Ints, levels_left: int) -> tuple[Ints, Bools]:
-    """Return the axis at which each node is cut, and which items go to its upper half."""
+    """Return the axis across which each node is cut, and which items go to its upper child.
+
+    `low` and `high` are the boxes (n, 3) of all items, node after node, and `counts` the items of
+    each node. `levels_left` is how many levels the tree may have below these nodes.
+    """
     if not len(counts):
         return np.zeros(0, np.int64), np.zeros(0, np.bool_)
+    # the node of each item, and where the items of each node start
     owner, starts = np.repeat(np.arange(len(counts)), counts), np.cumsum(counts) - counts
     middle = 0.5 * low + 0.5 * high
     least = np.minimum.reduceat(middle, starts)
@@ -99,6 +109,7 @@ def _choose_cuts(low: Floats, high: Floats, counts: Ints, levels_left: int) -> t
     share = (middle - least[owner]) / np.where(spread > 0, spread, 1)[owner]
     bins = np.minimum((share * _BINS).astype(np.int64), _BINS - 1)
     costs = np.stack([_costs(low, high, owner * _BINS + bins[:, k], len(counts)) for k in range(3)])
+    # the cheapest of all cuts of a node, _BINS - 1 along each axis
     best = costs.transpose(1, 0, 2).reshape(len(counts), -1).argmin(axis=1)
     axis, cut = np.divmod(best, _BINS - 1)
     is_upper = bins[np.arange(len(owner)), axis[owner]] > cut[owner]
@@ -109,7 +120,10 @@ def _choose_cuts(low: Floats, high: Floats, counts: Ints, levels_left: int) -> t
 
 
 def _costs(low: Floats, high: Floats, bins: Ints, nodes: int) -> Floats:
-    """Return (nodes, _BINS - 1) costs of a cut after each bin; infinite for an empty side."""
+    """Return (nodes, _BINS - 1) costs of a cut after each bin; infinite for an empty side.
+
+    `bins` is the bin of each item, counted on from node to node: _BINS times the node plus the bin.
+    """
     by_bin = np.argsort(bins, kind="stable")
     counts = np.bincount(bins, minlength=nodes * _BINS)
     used = counts > 0
@@ -127,7 +141,10 @@ def _costs(low: Floats, high: Floats, bins: Ints, nodes: int) -> Floats:
 
 
 def _area(corners: Floats) -> Floats:
-    """Return half the surface of boxes (2, ..., 3): least corners, and greatest ones negated."""
+    """Return half the surface area of boxes (2, ..., 3).
+
+    The first entry has the least corners, and the second the greatest ones negated.
+    """
     x, y, z = np.moveaxis(np.maximum(-corners[1] - corners[0], 0), -1, 0)
     return np.asarray(x * y + y * z + z * x)
 
@@ -135,7 +152,10 @@ def _area(corners: Floats) -> Floats:
 def _halve(
     middle: Floats, owner: Ints, counts: Ints, axis: Ints, must_halve: Bools, is_upper: Bools
 ) -> None:
-    """Assign half of the items of `must_halve` nodes to each side, to keep the tree shallow."""
+    """Set `is_upper` to half of the items of `must_halve` nodes, to keep the tree shallow.
+
+    The half with the greater `middle` along the `axis` of the node is the upper one.
+    """
     items = np.flatnonzero(must_halve[owner])
     owners = owner[items]
     coordinates = middle[items, axis[owners]]
@@ -146,7 +166,7 @@ def _halve(
 
 
 def mesh_trees(meshes: Sequence[Mesh]) -> MeshTrees:
-    """Return one tree for each mesh; one without triangles has a root that no ray hits."""
+    """Return one tree for each mesh; without triangles, it is a root that no ray hits."""
     parts, roots, triangles = [], [], []
     nodes_before = triangles_before = vertices_before = 0
     for mesh in meshes:
@@ -190,6 +210,7 @@ def refit_tree(trees: MeshTrees, mesh_index: int, mesh: Mesh) -> NDArray[np.void
     leaf_nodes = np.flatnonzero(leaves)[order]
     nodes["low"][leaf_nodes] = np.minimum.reduceat(corners.min(axis=1), starts[order])
     nodes["high"][leaf_nodes] = np.maximum.reduceat(corners.max(axis=1), starts[order])
+    # from the lowest level up, so that the boxes of the children are known
     for level in reversed(_levels(nodes["count"] < 0)):
         inner = level[nodes["count"][level] < 0]
         children = nodes["first"][inner] - root
@@ -208,7 +229,10 @@ def _levels(is_inner: Bools) -> list[Ints]:
 
 
 def instance_tree(boxes_m: Array, to_world: Array) -> Bvh:
-    """Return the tree over boxes (n, 2, 3) placed by matrices (n, 4, 4), one a leaf."""
+    """Return the tree over boxes (n, 2, 3) that matrices (n, 4, 4) place in the world.
+
+    Each leaf has one box.
+    """
     middle, half = boxes_m.mean(axis=1), (boxes_m[:, 1] - boxes_m[:, 0]) / 2
     rotation = to_world[:, :3, :3]
     middle = np.einsum("nij,nj->ni", rotation, middle) + to_world[:, :3, 3]

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from heatlens.media.scene.scene import Array, Mesh
 
-# The same numbers as in shaders/scene_gpu/scene_cover.frag.glsl.
+# Rules by which a back face is recognized: never, by the normals, or by the order of its vertices
+# as they appear in the picture. The same numbers as in shaders/scene_gpu/scene_cover.frag.glsl.
 BACK_NONE, BACK_BY_NORMAL, BACK_COUNTERCLOCKWISE, BACK_CLOCKWISE = range(4)
 _AGREEING_SHARE = 0.999  # share of the area with one winding from which the winding shows the back
 _TRIANGLES_MAX = 2_000_000  # a mesh with more is not examined and counts as open
@@ -16,7 +17,7 @@ Rules = NDArray[np.uint32]
 
 
 class ClosedMeshes:
-    """The meshes of a scene, each examined once."""
+    """The rules for back faces of a scene's meshes, each of which is examined once."""
 
     def __init__(self, meshes: Sequence[Mesh], boxes_m: Array) -> None:
         self._mesh_rules = np.array([back_rule(mesh) for mesh in meshes], np.uint32)
@@ -42,7 +43,7 @@ class ClosedMeshes:
 
 
 def back_rule(mesh: Mesh) -> int:
-    """Return how to recognise the back faces of a mesh; BACK_NONE for an open mesh.
+    """Return how to recognize the back faces of a mesh; BACK_NONE for an open mesh.
 
     The picture's rows run down, so a face that is counterclockwise from outside appears clockwise,
     and its back counterclockwise.
@@ -52,6 +53,7 @@ def back_rule(mesh: Mesh) -> int:
     corners = mesh.positions_m[mesh.triangles].astype(np.float64)
     face_normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     vertex_normals = mesh.normals[mesh.triangles].astype(np.float64).sum(axis=1)
+    # positive where a face is counterclockwise as seen from the side that its normals point to
     agreement = (face_normals * vertex_normals).sum(axis=1)
     area = np.linalg.norm(face_normals, axis=1)
     agreeing_share = float(area[agreement >= 0].sum()) / max(float(area.sum()), 1e-30)
@@ -61,7 +63,10 @@ def back_rule(mesh: Mesh) -> int:
 
 
 def is_closed(mesh: Mesh) -> bool:
-    """Return whether an even number of triangles meets in every edge, joining equal positions."""
+    """Return whether an even number of triangles meets in every edge of a mesh.
+
+    Vertices at equal positions count as one. A mesh that is too large to examine counts as open.
+    """
     if not 0 < len(mesh.triangles) <= _TRIANGLES_MAX:
         return False
     positions = np.ascontiguousarray(mesh.positions_m + np.float32(0.0))  # turns -0 into 0

@@ -13,12 +13,19 @@ from heatlens.render.gpu.shader_constants import WORD_GROUP
 
 _GROUP_PIXELS = 1 << 14  # each group adds its own histogram to the total
 _GROUPS_MOST = 128
+# Nearest, farthest, farthest finite depth and number of infinite ones, before any pixel. The bits
+# of positive floats sort as the floats do, so that depths are compared as whole numbers.
 _START = np.array([0xFFFFFFFF, 0, 0, 0], np.uint32)
 
 
 @dataclass(frozen=True, eq=False)
 class DepthStatistics:
-    """The range of a picture's finite depths, infinite where there are none, and its dioptres."""
+    """The range of a picture's depths, and the distribution of its dioptres.
+
+    near_m, far_m   least and greatest finite depth; infinite if there is none
+    infinite_count  pixels in which nothing was hit
+    dioptres        the bins of 1 / depth
+    """
 
     near_m: float
     far_m: float
@@ -39,7 +46,7 @@ class DepthSurvey:
     def of(self, depth: Texture) -> DepthStatistics:
         """Return the range and the dioptres of `depth`.
 
-        `depth` is R float32: planar metres above 0 and up to 1e37, +inf where nothing was hit. The
+        `depth` is R float32: planar meters above 0 and up to 1e37, +inf where nothing was hit. The
         bins are those of `bins_of(1 / depth)` in NumPy, to the last pixel.
         """
         self._bounds.write(_START)
@@ -66,7 +73,10 @@ class DepthSurvey:
     def with_fragments(
         self, depth: Texture, words: Buffer, count: int, nearest: float
     ) -> ValueBins:
-        """Return the bins of `depth` and `count` fragments, from 0 to `nearest` dioptres."""
+        """Return the bins of `depth` and of the `count` fragments in `words`.
+
+        They range from 0 to `nearest` dioptres.
+        """
         step = bin_step(0.0, nearest)
         if not step:
             return fill_single_bin(0.0, nearest, depth.width * depth.height + count)
@@ -81,7 +91,10 @@ class DepthSurvey:
         return ValueBins(0.0, nearest, self._read_counts())
 
     def _count(self, depth: Texture, low: float, step: float, groups: tuple[int, int]) -> None:
-        """Add the pixels of `depth` to the bins on the GPU."""
+        """Add the pixels of `depth` to the bins on the GPU, which begin at `low` dioptres.
+
+        `step` is the width of a bin in dioptres.
+        """
         self._bins_program.dispatch(
             groups,
             images={"depth_img": depth},

@@ -12,12 +12,13 @@ from heatlens.render.gpu.device import DepthTest, Device, Image, Primitive
 from heatlens.render.gpu.program import DrawProgram
 from heatlens.render.scene_gpu.scene_buffers import SceneBuffers
 
+# Formats of moderngl, and the inputs of the vertex shader that they feed; "/i" is per instance.
 _VERTEX = ("3f 1f 3f 1f", "in_position", "in_u", "in_normal", "in_v")
 _BUMPY_VERTEX = ("3f 1f 3f 1f 4f", *_VERTEX[1:], "in_tangent")
 _COLOR = ("4f2", "in_color")
 _MORE_UV = ("2f", "in_more_uv")
 _INSTANCE = ("16f 16f 4u/i", "in_to_world", "in_to_object", "in_numbers")
-SIDE_PX = 2048
+SIDE_PX = 2048  # side of the shadow map
 _BORDER_PX = 2  # empty texels around the map, so that its edge casts no shadow
 
 
@@ -48,7 +49,10 @@ class MeshDraw:
         uniforms: Mapping[str, object],
         textures: Mapping[str, Image] | None = None,
     ) -> None:
-        """Draw into the bound framebuffer; `maps_tx` is the scene's array of maps."""
+        """Draw all instances into the bound framebuffer.
+
+        `textures` are those besides `maps_tx`, the scene's array of maps.
+        """
         buffers = self._buffers
         all_textures = {"maps_tx": buffers.maps} | dict(textures or {})
         self._program.bind(textures=all_textures, uniforms=uniforms, buffers=buffers.storage)
@@ -61,10 +65,12 @@ class MeshDraw:
 
 
 class ShadowPass:
-    """Draws `map`, which compares depths and blends four texels for a sampler2DShadow.
+    """Draws the shadow map of the sun.
 
-    from_world  (4, 4) to 0..1 in all three axes
-    texel_m     width of a texel in the world
+    map         depths seen from the sun; a sampler2DShadow compares with them and blends the
+                results of four texels
+    from_world  (4, 4) matrix from the world to the map, 0..1 along all three axes
+    texel_m     width of a texel in the world, meters
     """
 
     def __init__(self, ctx: Device) -> None:
@@ -94,9 +100,10 @@ class ShadowPass:
 
 
 def sun_view(corners_m: Array, to_sun: Array) -> tuple[Array, float]:
-    """Return (4, 4) from the world to the sun's clip space, and the width of a texel in metres.
+    """Return the matrix (4, 4) from the world to the sun's clip space, and the width of a texel.
 
-    The clip space encloses the corners tightly.
+    `corners_m` (N, 3) are positions in the world, which the clip space encloses tightly. `to_sun`
+    is the unit vector towards the sun. The width is in meters.
     """
     other_axis = np.eye(3)[int(np.argmin(np.abs(to_sun)))]
     right = np.cross(other_axis, to_sun)

@@ -26,14 +26,14 @@ _SOFT_RIM_PX = 1.0  # how much larger the discs of a diffusion are than those of
 
 
 def margin_px(ctx: Device, size: tuple[int, int]) -> int:
-    """Return the width of the margin on every side of a picture; 0 if it does not fit."""
+    """Return the width in pixels of the margin on every side of a picture; 0 if it does not fit."""
     steps = max(1, round(MARGIN_SHARE_MAX * size[0] / _STEP_PX))
     margin = _STEP_PX * steps
     return margin if _fits(ctx, *add_margin(size, margin)) else 0
 
 
 def texels_per_pixel(ctx: Device, size: tuple[int, int]) -> int:
-    """Return how many pixels, each way, are drawn and blurred for one pixel of a picture."""
+    """Return how many pixels, along each axis, are drawn and blurred for one of a picture."""
     width, height = (_FINE * side for side in add_margin(size, margin_px(ctx, size)))
     is_small = width * height <= _FINE_PIXELS_MOST
     return _FINE if is_small and _fits(ctx, width, height) else 1
@@ -56,7 +56,7 @@ class Overscan:
     """A scene's pinhole picture with a margin on every side.
 
     color      RGBA
-    depth      R, planar metres
+    depth      R, planar meters
     margin_px  the margin's width, in pixels of the picture
     ring_m     (fine * margin_px, 2) nearest and farthest depth in each ring of pixels of the
                textures around the frame, from inside
@@ -74,10 +74,11 @@ class Overscan:
     picture_textures: tuple[Texture, Texture] | None = None
 
     def needed_px(self, optics: Optics) -> int:
-        """Return how many pixels on every side blur into the frame through a lens."""
+        """Return how many pixels of the margin blur into the frame through a lens."""
         assert optics.line is not None
         if not self.margin_px:
             return 0
+        # signed coc of the nearest and the farthest surface in each ring
         ends = optics.line.at_infinity_px + optics.line.per_dioptre_px / self.ring_m
         size = (side // self.fine - self.margin_px for side in self.color.size)
         focus_offsets = optics.line.focus_offset_limits_px(
@@ -100,7 +101,10 @@ class Overscan:
         )
 
     def box_with_margin(self, margin_px: int) -> Box:
-        """Return the frame with a smaller margin, in the pixels of `color`."""
+        """Return the box of the frame with a margin of `margin_px`, in the pixels of `color`.
+
+        `margin_px` is in pixels of the picture, and at most that of the overscan.
+        """
         skipped_px = self.fine * (self.margin_px - margin_px)
         return Box(
             skipped_px, skipped_px, self.color.width - skipped_px, self.color.height - skipped_px
@@ -108,7 +112,7 @@ class Overscan:
 
     @property
     def in_picture_pixels(self) -> "Overscan":
-        """The same with one texture pixel for each pixel of the picture."""
+        """The same overscan with one texture pixel for each pixel of the picture."""
         if self.picture_textures is None:
             return self
         color, depth = self.picture_textures
@@ -120,7 +124,7 @@ class Overscan:
 
 
 class RingSurvey:
-    """Finds `Overscan.ring_m`."""
+    """Finds the range of depths in each ring of pixels around a frame, `Overscan.ring_m`."""
 
     def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "scene_gpu/overscan_rings.comp.glsl")
@@ -128,7 +132,7 @@ class RingSurvey:
         self._rings: Buffer | None = None
 
     def of(self, depth: Texture, margin_px: int) -> NDArray[np.float32]:
-        """Return (margin_px, 2) nearest and farthest metres of each ring of `depth`."""
+        """Return (margin_px, 2) nearest and farthest meters of each ring of `depth`."""
         if not margin_px:
             return np.zeros((0, 2), np.float32)
         start = np.tile(np.array([0xFFFFFFFF, 0], np.uint32), margin_px)

@@ -31,7 +31,7 @@ _PEEL = {"PEEL": 1}
 
 
 class SurfaceRaster:
-    """Draws colour and dioptres into one texture: RGBA float32, whose alpha is 0 for the sky."""
+    """Draws color and dioptres into one texture: RGBA float32, whose alpha is 0 for the sky."""
 
     def __init__(self, ctx: Device, raster: SceneRaster) -> None:
         self._raster = raster
@@ -54,10 +54,10 @@ class SurfaceRaster:
         target.viewport = 0, 0, *out.size
 
     def draw_behind(self, view: SceneView, previous: Texture, out: Texture, band: Box) -> None:
-        """Draw the next surface behind `previous`.
+        """Draw into `out` the next surface behind that in `previous`, for each pixel of a band.
 
-        `previous` is a texture of `draw_front` or `draw_behind`, or metres (R). The backs of closed
-        meshes are left out. Behind the sky comes the sky again.
+        `previous` is a texture of `draw_front` or `draw_behind`, or of depths in meters (R). The
+        backs of closed meshes are left out. Behind the sky comes the sky again.
         """
         self._raster.buffers.write_back_rules(view.eye_m)
         peel_uniforms = eye_uniforms(view) | {"before_is_depth": previous.components == 1}
@@ -84,21 +84,21 @@ FRONT_SIDE, _BEHIND_SIDE = 4, 2
 # Shift of each draw in sample distances: no two draws share a row or a column, so that axis-aligned
 # edges are resolved as finely as others.
 _SHIFTS = ((-1 / 3, 0.0), (0.0, 1 / 3), (1 / 3, -1 / 3))
-STEPS_OF_BAND = PEEL_DRAWS + 3
+STEPS_OF_BAND = PEEL_DRAWS + 3  # the draws, two surfaces behind them, and the lists
 SAMPLES = PEEL_DRAWS * FRONT_SIDE**2  # in a pixel that needs all of them
 LARGER = 4  # size of a band on a processor: most of its pixels are done already
 _FRAGMENTS_PER_PIXEL = 2.0  # initial capacity in fragments per pixel, on average
 _CAPACITY_FACTOR = 1.1  # capacity for the next picture, relative to the fragments of the last one
 _FRAGMENTS_MOST = 1 << 26  # fragments of a picture: 800 MB
-_FRAGMENT_BYTES = 12
+_FRAGMENT_BYTES = 12  # bytes of a fragment in a list
 
 
 @dataclass(frozen=True, eq=False)
 class Peeled:
-    """The lists of a picture.
+    """The fragment lists of a picture: the surfaces along the ray of each pixel, near to far.
 
-    fragments   of all pixels
-    depth       R, metres of the picture, or of the nearest surface if the list begins with that
+    fragments   the lists of all pixels
+    depth       R, meters of the picture, or of the nearest surface if the list begins with that
     places      RGBA: position of the light within each pixel, see peel_lists.comp.glsl
     bins        dioptres of the visible surfaces and of those behind them
     count       number of fragments that were found
@@ -134,7 +134,7 @@ class Peeled:
 
 @dataclass(frozen=True)
 class _ListMemory:
-    """Memory for lists."""
+    """Memory for the lists of a picture; see `FragmentBuffers` and `Peeled`."""
 
     starts: Buffer
     words: Buffer
@@ -256,7 +256,11 @@ class ScenePeel:
         picture: Overscan,
         out: _ListMemory,
     ) -> None:
-        """Count, place and write the lists of the rows of a band."""
+        """Count the fragments of the rows of a band, find the start of each list, and write them.
+
+        `samples` are the textures of the band, and `sides` the samples across a pixel: of the
+        visible surface, and of those behind it.
+        """
         (width, height), first_row = picture.color.size, rows[0]
         end_row = min(rows[1], height)
         groups = pixel_groups((width, end_row - first_row))
@@ -294,7 +298,10 @@ class ScenePeel:
 
 
 def _shift_view(view: SceneView, index: int, shift: tuple[float, float]) -> SceneView:
-    """Return the view of draw `index` into one texture, below the previous draws."""
+    """Return the view for draw `index`, whose samples are shifted by `shift` (right, down).
+
+    All draws go into one texture, each below the previous ones.
+    """
     (right, down), (x, y) = view.jitter_px, shift
     shifted = replace(view, jitter_px=(right + x, down + y), sample=index)
     return replace(shifted, rows_above=index * view.size[1])

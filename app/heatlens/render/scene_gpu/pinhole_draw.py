@@ -33,7 +33,7 @@ from heatlens.render.scene_gpu.overscan import (
 from heatlens.render.scene_gpu.peel import FRONT_SIDE, SAMPLES, STEPS_OF_BAND, Peeled, ScenePeel
 from heatlens.render.scene_gpu.raster import SceneRaster
 
-ColorAndDepth = tuple[Texture, Texture]  # colour and depth
+ColorAndDepth = tuple[Texture, Texture]  # color and depth
 
 # Samples of a pixel, spread evenly over it. With fewer, lamps smaller than a pixel would be dimmer
 # or brighter than they are, and a blur would spread the error.
@@ -45,7 +45,7 @@ _OVERSCAN_FROM_VIEWS = 16  # fewer are drawn only during movement, when nobody l
 
 @dataclass(frozen=True, eq=False)
 class DrawnPinhole:
-    """A pinhole picture in textures: half and float, as in a file."""
+    """A pinhole picture in textures: RGBA in half floats, and depth in float32 meters."""
 
     color: Texture
     depth: Texture
@@ -92,7 +92,7 @@ class PinholeDraw:
         return ScenePeel(self._ctx, self._raster, self._survey)
 
     def steps(self, request: Request) -> Generator[str, None, DrawnPinhole]:
-        """Draw a picture; the other bank of textures stays as it is."""
+        """Draw the requested picture and return it; the other bank of textures stays as it is."""
         is_fast = request.views < _OVERSCAN_FROM_VIEWS
         return (yield from (self._draw_fast if is_fast else self._draw_with_margin)(request))
 
@@ -114,7 +114,11 @@ class PinholeDraw:
         return DrawnPinhole(color, depth)
 
     def _draw_with_margin(self, request: Request) -> Generator[str, None, DrawnPinhole]:
-        """Draw the picture with a margin on every side, and list the surfaces behind it."""
+        """Draw the picture with a margin on every side, and list the surfaces behind it.
+
+        Small pictures are drawn at twice their size, unless the request is for a file. Surfaces
+        are listed only if all samples are requested.
+        """
         fine = 1 if request.is_for_file else texels_per_pixel(self._ctx, request.size)
         margin = margin_px(self._ctx, request.size)
         view = refine_view(self._view(request, margin), fine)
@@ -138,14 +142,17 @@ class PinholeDraw:
         return shot_view(self._scene, request.shot, request.frame, request.size, margin)
 
     def _textures(self, name: str, bank: int, size: tuple[int, int]) -> ColorAndDepth:
-        """Return textures for colour and depth."""
+        """Return the textures called `name` for color and depth, of a `bank` and `size`."""
         color = self._pool.texture(f"{name} colour {bank}", size, 4, "f2")
         return color, self._pool.texture(f"{name} depth {bank}", size, 1)
 
     def _draw_color(
         self, view: SceneView, across: int, fine: int, color: Texture, request: Request
     ) -> Iterator[str]:
-        """Draw `across` x `across` samples a pixel."""
+        """Draw `color` with `across` x `across` samples a pixel.
+
+        `fine` pixels of the view, along each axis, make one pixel of the picture.
+        """
         self._raster.place(request.frame)
         if across == 1 and fine == 1:
             for band in self._raster.bands.of(color.size):
@@ -159,7 +166,7 @@ class PinholeDraw:
         self._crop.run(self._pinhole.picture(view.size).mean, (0, 0), color)
 
     def _draw_depth(self, view: SceneView, frame: float, depth: Texture) -> Iterator[str]:
-        """Draw depth at the middle of each pixel."""
+        """Draw `depth`, in meters, at the middle of each pixel."""
         self._raster.place(frame)  # others may have drawn another frame in between
         for band in self._raster.bands.of(view.size):
             self._raster.depth(view, depth, band)
@@ -169,7 +176,7 @@ class PinholeDraw:
     def _add_picture_textures(
         self, request: Request, overscan: Overscan
     ) -> Generator[str, None, Overscan]:
-        """Return the overscan with colour and depth in the pixels of the frame too."""
+        """Return the overscan with color and depth in the pixels of the frame too."""
         if overscan.fine == 1:
             return overscan
         view = self._view(request, overscan.margin_px)
@@ -180,7 +187,7 @@ class PinholeDraw:
         return replace(overscan, picture_textures=textures)
 
     def _crop_frame(self, request: Request, overscan: Overscan) -> ColorAndDepth:
-        """Return colour and depth of the frame alone."""
+        """Return color and depth of the frame alone."""
         textures = self._textures("pinhole", request.bank, request.size)
         picture = overscan.in_picture_pixels
         for whole, out in zip((picture.color, picture.depth), textures, strict=True):

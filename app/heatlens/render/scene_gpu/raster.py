@@ -41,7 +41,7 @@ class SceneRaster:
 
     @property
     def buffers(self) -> SceneBuffers:
-        """The scene on the GPU, which has been loaded."""
+        """The loaded scene on the GPU; there must be one."""
         assert self._buffers is not None
         return self._buffers
 
@@ -120,7 +120,7 @@ class SceneRaster:
             self.draw_into(target, view, self._draws["cover"], self._draws["surface"], self._sky)
 
     def depth(self, view: SceneView, depth: Texture, band: Box | None = None) -> None:
-        """Draw planar metres at the view's jitter into `depth`, R float32; +inf for sky."""
+        """Draw planar meters at the view's jitter into `depth`, R float32; +inf for sky."""
         with self.bind_band(self.targets.of(depth), band) as target:
             target.clear(red=math.inf)
             self._ctx.draw_with(depth=DepthTest.LESS)
@@ -131,7 +131,10 @@ class SceneRaster:
     def bind_band(
         self, target: Framebuffer, band: Box | None, rows_above: int = 0
     ) -> Iterator[Framebuffer]:
-        """Bind a target, and restrict drawing to `band` moved down by `rows_above`, if given."""
+        """Bind a target, and restrict drawing to `band`, moved down by `rows_above`.
+
+        None as `band` draws everywhere. The restriction ends with the block.
+        """
         if band is not None and band.shape != target.size[::-1]:  # else clearing would be slower
             target.scissor = band.x0, rows_above + band.y0, band.width, band.height
         target.use()
@@ -142,6 +145,8 @@ class SceneRaster:
 
     def hide_done_pixels(self, target: Framebuffer, view: SceneView, done: Texture) -> None:
         """Cover the pixels where `done`, R, is not 0 with a depth nearer than everything else.
+
+        Later draws then write nothing there.
 
         `done` has the pixels of the picture, the view has its samples. `target` is bound.
         """
@@ -182,7 +187,10 @@ class SceneRaster:
         peeled_uniforms: Mapping[str, object] | None = None,
         peeled_textures: Mapping[str, Texture] | None = None,
     ) -> None:
-        """Draw the surfaces that `cover` leaves visible into the bound, cleared target.
+        """Draw the visible surfaces and the sky into the bound, cleared target.
+
+        `cover` draws depth alone; `surface` then shades where the depth is equal, so that each
+        pixel is shaded once. `sky` fills the rest.
 
         `peeled_uniforms` and `peeled_textures` are the further inputs of a cover with PEEL.
         """

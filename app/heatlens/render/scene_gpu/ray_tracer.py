@@ -26,7 +26,7 @@ _RAYS_PER_STEP = 2**17  # some tenths of a second on a processor, so that the wi
 
 
 class RayTracer:
-    """Keeps the sum of the rays so far, so that more rays cost only the new ones."""
+    """Traces rays, and keeps their sum so far, so that more rays cost only the new ones."""
 
     def __init__(self, ctx: Device, raster: SceneRaster) -> None:
         self._ctx = ctx
@@ -36,8 +36,8 @@ class RayTracer:
         self._pool = TexturePool(ctx)
         self._openings = OpeningTextures(ctx)
         self._trees: SceneTrees | None = None
-        self._key: object = None
-        self._count = 0
+        self._key: object = None  # identifies scene, view, lens, size and seed of the sum
+        self._count = 0  # rays of each pixel in the sum
 
     def steps(
         self,
@@ -71,7 +71,10 @@ class RayTracer:
             self._count = count
 
     def _place(self) -> None:
-        """Move the trees to the poses that the rasterizer has given its scene."""
+        """Fit the trees to the poses at which the rasterizer has placed its scene.
+
+        They are built first if the scene is another one.
+        """
         buffers = self._raster.buffers
         if self._trees is None or self._trees.buffers is not buffers:
             if self._trees is not None:
@@ -89,7 +92,7 @@ class RayTracer:
             self._program, self._defines = program, defines
 
     def _uniforms(self, view: SceneView, pupil: Pupil) -> dict[str, object]:
-        """Return the uniforms of the camera, the lens and the light."""
+        """Return the uniforms of ray_trace.comp.glsl for the camera, the lens and the light."""
         world_from_camera = np.linalg.inv(view.world_to_camera)
         colors = {} if pupil.is_plain else {"axial_dioptres": pupil.axial_dioptres}
         return (
@@ -113,7 +116,7 @@ class RayTracer:
         opening: dict[str, Texture],
         uniforms: dict[str, object],
     ) -> None:
-        """Add one ray to each pixel of a band that does not have as many already."""
+        """Add one ray to each pixel of a band that has fewer than `rays` rays so far."""
         assert self._trees is not None
         rows = min(_band_rows(out.width), out.height)
         images: dict[str, Image] = {
@@ -135,7 +138,7 @@ class RayTracer:
         )
 
     def release(self) -> None:
-        """Release what is on the GPU, except what belongs to the rasteriser."""
+        """Release what is on the GPU, except what belongs to the rasterizer."""
         if self._trees is not None:
             self._trees.release()
         self._program.release()
@@ -144,15 +147,16 @@ class RayTracer:
 
 
 def _band_rows(width: int) -> int:
-    """Return the rows of a step, a multiple of the workgroup's."""
+    """Return how many rows of a picture of this width a step traces, whole workgroups."""
     return max(_RAYS_PER_STEP // (width * RAY_GROUP), 1) * RAY_GROUP
 
 
 class SceneTrees:
     """The trees of a scene on the GPU, as lib/bvh.lib.glsl reads them.
 
-    buffers   the scene's buffers
-    root      first node of the tree over the instances, which follows those of the meshes
+    buffers   the buffers of the scene
+    root      number of the root of the tree over the instances; the nodes of the meshes' trees
+              come before it
     """
 
     def __init__(self, ctx: Device, buffers: SceneBuffers) -> None:
@@ -191,6 +195,7 @@ class SceneTrees:
         to_world = instances["to_world"].transpose(0, 2, 1).astype(np.float64)
         tree = instance_tree(self.buffers.boxes_m[meshes], to_world)
         nodes = tree.nodes.copy()
+        # children are numbered among the nodes of all trees
         nodes["first"][nodes["count"] < 0] += self.root
         self._nodes.write(nodes.tobytes(), offset=self.root * NODE.itemsize)
         records = np.stack([tree.order, self._roots[meshes[tree.order]]], axis=1)

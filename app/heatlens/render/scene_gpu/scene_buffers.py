@@ -1,6 +1,6 @@
 """A scene in OpenGL's memory, laid out as lib/scene.lib.glsl reads it (std430).
 
-The pictures that colour its surfaces are layers of one texture.
+The pictures that color its surfaces are layers of one texture.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ from heatlens.render.scene_gpu.closed_meshes import ClosedMeshes
 
 MOST_LIGHTS = 32
 MAPS = 5  # number of maps of a material
-UNLIT, BLENDED = 1, 2  # the same numbers as in lib/scene.lib.glsl
+UNLIT, BLENDED = 1, 2  # bits of a material's kind, the same as in lib/scene.lib.glsl
 
 VERTEX = np.dtype([("position", "f4", 3), ("u", "f4"), ("normal", "f4", 3), ("v", "f4")])
 BUMPY_VERTEX = np.dtype([*VERTEX.descr, ("tangent", "f4", 4)])
@@ -36,13 +36,13 @@ MATERIAL = np.dtype(
 )
 LIGHT = np.dtype([("position_inner", *_VEC4), ("intensity_outer", *_VEC4), ("axis", *_VEC4)])
 _COMMAND_WORDS = 5  # count, instances, first index, base vertex, base instance
-_SIDE_MOST_PX = 2048
+_SIDE_MOST_PX = 2048  # largest side of a layer
 _BYTES_MOST = 2**29  # memory of all layers together
-_WHITE = np.full((1, 1, 4), 255, np.uint8)
+_WHITE = np.full((1, 1, 4), 255, np.uint8)  # the only layer if the scene has no maps
 
 
 class SceneBuffers:
-    """The buffers that the rasteriser and the ray tracer read.
+    """The buffers that the rasterizer and the ray tracer read.
 
     vertices        of all meshes, VERTEX, or BUMPY_VERTEX where a material has a normal map;
                     the ray tracer reads two or three vec4 for each
@@ -113,7 +113,7 @@ class SceneBuffers:
         return {name: buffer for name, buffer in blocks.items() if buffer is not None}
 
     def light(self, lights: tuple[PointLight, ...]) -> None:
-        """Replace the lights with as many others."""
+        """Replace the lights with as many others; does nothing if the scene's lights never move."""
         if self.scene.light_motion is not None:
             self.lights.write(lights_of(lights))
 
@@ -153,7 +153,10 @@ class SceneBuffers:
         return ClosedMeshes(self.scene.meshes, self.boxes_m)
 
     def corners_m(self, transforms: Array) -> Array:
-        """Return (N, 8, 3) world corners of the boxes of instances at (N, 4, 4)."""
+        """Return the corners (N, 8, 3) in the world of the instances' boxes.
+
+        `transforms` (N, 4, 4) are their object-to-world matrices, in the order of the scene.
+        """
         return transform_corners(self.boxes_m[[i.mesh for i in self.scene.instances]], transforms)
 
     def release(self) -> None:
@@ -197,12 +200,12 @@ def _records(mesh: Mesh, has_bumps: bool) -> npt.NDArray[np.void]:
 
 
 def has_colors(scene: Scene) -> bool:
-    """Return whether any vertex has a colour of its own."""
+    """Return whether any vertex has a color of its own."""
     return any(mesh.colors is not None for mesh in scene.meshes)
 
 
 def colors_of(meshes: Sequence[Mesh]) -> bytes:
-    """Return RGBA of all vertices as half floats; white and opaque for meshes without colours."""
+    """Return RGBA of all vertices as half floats; white and opaque for meshes without colors."""
     colors = np.ones((sum(len(mesh.positions_m) for mesh in meshes), 4), np.float16)
     first = 0
     for mesh in meshes:
@@ -220,7 +223,11 @@ def more_uvs_of(meshes: Sequence[Mesh]) -> bytes:
 
 
 def places_of(materials: Sequence[Material]) -> bytes:
-    """Return two vec4 for each map of each material: matrix, offset, set and wraps."""
+    """Return two vec4 for each map of each material, which say where the map lies on a surface.
+
+    The first is a matrix (2, 2). The second has an offset u, v, the number of the set of texture
+    coordinates, and how the map continues beyond its edges along u and v, as one number.
+    """
     records = np.zeros((len(materials), MAPS, 8), np.float32)
     for record, material in zip(records, materials, strict=True):
         for row, place in zip(record, material.map_places or (MapPlace(),) * MAPS, strict=True):
@@ -232,9 +239,13 @@ def places_of(materials: Sequence[Material]) -> bytes:
 def _commands(
     meshes: npt.NDArray[np.int64], first_triangle: npt.NDArray[np.int64]
 ) -> npt.NDArray[np.uint32]:
-    """Return (M, 5), one draw for all instances of each mesh; `meshes` is sorted."""
+    """Return the commands (M, 5) of indirect draws, one for all instances of each visible mesh.
+
+    `meshes` is the mesh of each instance, sorted; `first_triangle` is that of each mesh.
+    """
     drawn_meshes, base_instance, count = np.unique(meshes, return_index=True, return_counts=True)
     commands = np.zeros((len(drawn_meshes), _COMMAND_WORDS), np.uint32)
+    # the words of a command, see _COMMAND_WORDS; the base vertex stays 0
     commands[:, 0] = 3 * (first_triangle[drawn_meshes + 1] - first_triangle[drawn_meshes])
     commands[:, 1], commands[:, 2], commands[:, 4] = (
         count,
@@ -245,7 +256,10 @@ def _commands(
 
 
 def materials_of(materials: tuple[Material, ...]) -> npt.NDArray[np.void]:
-    """Return MATERIAL records, with -1 for a map that does not exist."""
+    """Return a MATERIAL record for each material, with -1 for a map that does not exist.
+
+    The last number of each vec4 is alpha, the cutoff of alpha, or the strength of occlusion.
+    """
     records = np.zeros(len(materials), MATERIAL)
     for record, material in zip(records, materials, strict=True):
         record["base_color"] = (*material.base_color, material.base_alpha)
@@ -265,7 +279,11 @@ def _layer_or_none(number: int | None) -> int:
 
 
 def lights_of(lights: tuple[PointLight, ...]) -> bytes:
-    """Return the block of lights: their number, in 16 bytes, and the brightest MOST_LIGHTS."""
+    """Return the block of lights: their number, in 16 bytes, and the brightest MOST_LIGHTS.
+
+    The last number of each vec4 has the cosines of the inner and outer cone, and the kind: 0 for a
+    light without direction, 1 or 2 for a cone, 2 with a smooth edge.
+    """
     brightest = sorted(lights, key=lambda light: -max(light.intensity))[:MOST_LIGHTS]
     records = np.zeros(max(len(brightest), 1), LIGHT)
     for record, light in zip(records, brightest, strict=False):
@@ -279,7 +297,10 @@ def lights_of(lights: tuple[PointLight, ...]) -> bytes:
 
 
 def maps_of(ctx: Device, images: Sequence[npt.NDArray[np.uint8]]) -> TextureArray:
-    """Return `images` (H, W, 4) resampled to the largest size; bilinear, repeated, no mipmaps."""
+    """Return `images` (H, W, 4) as layers of one texture, resampled to the same size.
+
+    The texture is read bilinearly, repeated beyond its edges, and has no mipmaps.
+    """
     images = images or [_WHITE]
     size = layer_size(images)
     layers = np.stack([_resample(image, size) for image in images])
@@ -290,7 +311,7 @@ def maps_of(ctx: Device, images: Sequence[npt.NDArray[np.uint8]]) -> TextureArra
 
 
 def layer_size(images: Sequence[npt.NDArray[np.uint8]]) -> tuple[int, int]:
-    """Return the (width, height) that holds each image, halved until all fit into memory."""
+    """Return the (width, height) of the largest image, halved until all layers fit into memory."""
     height = min(max(image.shape[0] for image in images), _SIDE_MOST_PX)
     width = min(max(image.shape[1] for image in images), _SIDE_MOST_PX)
     while 4 * width * height * len(images) > _BYTES_MOST:
@@ -303,6 +324,6 @@ def _resample(image: npt.NDArray[np.uint8], size: tuple[int, int]) -> npt.NDArra
     if image.shape[1::-1] == size:
         return image
     channels = [Image.fromarray(np.ascontiguousarray(image[..., i])) for i in range(4)]
-    # Channel by channel: Pillow would weight colours by alpha, which is not coverage here.
+    # Channel by channel: Pillow would weight colors by alpha, which is not coverage here.
     resized = [channel.resize(size, Image.Resampling.BILINEAR) for channel in channels]
     return np.stack([np.asarray(channel) for channel in resized], axis=-1)

@@ -17,8 +17,8 @@ from heatlens.render.gpu.device import Texture
 from heatlens.render.gpu.textures import FloatArray, download
 from heatlens.render.scene_gpu.depth_survey import DepthStatistics
 
-_MIRRORED_Z = np.diag([1.0, 1.0, -1.0, 1.0])
-_AREAS_MAX = 64
+_MIRRORED_Z = np.diag([1.0, 1.0, -1.0, 1.0])  # OpenEXR's cameras look along +z, these along -z
+_AREAS_MAX = 64  # areas of a picture in the cache
 
 ReadArea = Callable[[Texture, Box], FloatArray]
 
@@ -48,20 +48,20 @@ class DrawnPixels:
 
     @cached_property
     def color(self) -> FloatArray:
-        """(H, W, 4)."""
+        """RGBA of the whole picture (H, W, 4), read on first use."""
         return download(self._require_valid(self._color))
 
     @cached_property
     def depth_m(self) -> FloatArray:
-        """(H, W)."""
+        """Planar meters of the whole picture (H, W), read on first use."""
         return download(self._require_valid(self._depth))
 
     def color_in(self, area: Box) -> FloatArray:
-        """Return (h, w, 4)."""
+        """Return RGBA of an area (h, w, 4)."""
         return self._area(self._require_valid(self._color), area)
 
     def depth_in(self, area: Box) -> FloatArray:
-        """Return (h, w)."""
+        """Return planar meters of an area (h, w)."""
         return self._area(self._require_valid(self._depth), area)
 
     def _require_valid(self, texture: Texture) -> Texture:
@@ -103,7 +103,10 @@ def plate_of_scene(
 
 
 def world_to_camera_attribute(pose: Pose) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
-    """Return OpenEXR's attribute: points are rows, cameras look along +z."""
+    """Return OpenEXR's attribute worldToCamera of a pose, (4, 4).
+
+    In OpenEXR points are rows, and cameras look along +z.
+    """
     return np.ascontiguousarray((_MIRRORED_Z @ pose.world_to_camera).T, np.float32)
 
 

@@ -4,12 +4,15 @@ import numpy as np
 
 from heatlens.media.scene.scene import Array, Daylight
 
-_GROUND_BAND = 0.1  # the same as in the shader
-_PARTS = 4096
+_GROUND_BAND = 0.1  # height below the horizon over which the ground begins; as in the shader
+_PARTS = 4096  # bands of height over which the light of the sky is summed
 
 
 def sky_radiance(daylight: Daylight, y: Array) -> Array:
-    """Return (..., 3) for directions (...,) of height `y`, -1 to 1; it is the same all around."""
+    """Return the light of the sky (..., 3) from directions of height `y` (...,), -1 to 1.
+
+    The height is the vertical coordinate of a unit vector. The light is the same all around.
+    """
     up = np.maximum(y, 0.0)[..., None]
     high = up * (2 - up)
     above = (1 - high) * np.array(daylight.horizon) + high * np.array(daylight.zenith)
@@ -19,10 +22,12 @@ def sky_radiance(daylight: Daylight, y: Array) -> Array:
 
 
 def diffuse_polynomial(daylight: Daylight) -> Array:
-    """Return (3, 3): a, b, c of the mean light a + b y + c y^2 on a normal of height y.
+    """Return the polynomial of the mean light that a surface receives from the sky, (3, 3).
 
-    The mean is weighted by the cosine. These are the first three zonal harmonics, exact for an even
-    sky; Ramamoorthi and Hanrahan 2001 find about a hundredth in the rest.
+    The rows of the result are the colors a, b and c: a surface whose normal has the height y, -1 to
+    1, receives a + b y + c y^2. The mean is weighted by the cosine. These are the first three zonal
+    harmonics, exact for an even sky; Ramamoorthi and Hanrahan 2001 find about a hundredth in the
+    rest.
     """
     y = (np.arange(_PARTS) + 0.5) * 2 / _PARTS - 1
     sky = sky_radiance(daylight, y)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:  # they are imported on use, so that a command loads only what
     from heatlens.render.source.opened import Opened, Opening
     from heatlens.render.source.source import Source
 
-_PATTERN_MARKS = "#%@$"
-STREAM_PREFIX = "tev://"
+_PATTERN_MARKS = "#%@$"  # a name with one of these is a pattern of numbered files
+STREAM_PREFIX = "tev://"  # how the name of a stream begins
 NO_FILES = "These frames come from a renderer and have no files: write an EXR there and open that."
 
 

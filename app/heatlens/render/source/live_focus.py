@@ -18,7 +18,9 @@ _STILL_FRAME = 1  # of a single picture, which is shown at every frame
 def measure_followed_marks(
     shot: Shot, report_progress: Callable[[str], None] = lambda _: None
 ) -> Shot:
-    """Return the shot with the distances of the marks that its focus follows.
+    """Return the shot with the distances in meters of the marks that its focus follows.
+
+    A shot whose focus follows no marks is returned as it is.
 
     Distances are measured only if those in the shot are not of the current files. Each step calls
     `report_progress`. Raises InputError if the source is missing, or a mark cannot be measured in
@@ -48,7 +50,10 @@ def measure_followed_marks(
 
 
 def _source_digest(source: Source, shot: Shot, marks: list[Mark]) -> str:
-    """Return a digest of all that decides the distances, without the names of folders."""
+    """Return a digest of all that decides the distances of `marks`.
+
+    The names of folders are left out, so that files may be moved.
+    """
     frames = shot.frames or source.frames
     files = {}
     for frame in frames or (_STILL_FRAME,):

@@ -53,7 +53,7 @@ class Opened(ABC):
     text        the name by which a shot file refers to the source
     frame       the frame to show first
     notes       sentences to show to the user: repairs, guesses, warnings
-    attributes  the header entries of the first plate, which describe its colour space
+    attributes  the header entries of the first plate, which describe its color space
     scene       the 3D scene; None if there is none
     timing      how the seconds of a scene became frames; None for the default and for other sources
     stamps      stamps, taken before reading, of the files that all frames are made of

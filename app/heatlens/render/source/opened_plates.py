@@ -72,7 +72,7 @@ class OpenedPlates(Opened):
         return self.counter.count
 
     def files_at(self, frame: int, missing: MissingPolicy) -> tuple[Path, ...]:
-        """Return the plate's own file, and those beside it."""
+        """Return the files of the plate of a frame, its own first; none if there is no plate."""
         try:
             path = self.cache.sequence.resolve(frame, missing)
         except InputError:
@@ -80,7 +80,7 @@ class OpenedPlates(Opened):
         return () if path is None else self.render_source.files_of(path)
 
     def read(self, path: Path) -> Plate:
-        """Read a plate with the hidden surfaces and border that neighbouring frames show."""
+        """Read a plate with the hidden surfaces and border that neighboring frames show."""
         return self.render_source.read(path)
 
     def lens(self, lens_fields: Mapping[str, object]) -> StartLens:

@@ -19,7 +19,7 @@ from heatlens.render.source.stream_source import OpenedStream, StreamSource
 
 @dataclass(frozen=True)
 class Refused:
-    """A source that could not be opened, and why."""
+    """A source that could not be opened, the options that were given, and a message why."""
 
     text: str
     options: PlateOptions
@@ -70,7 +70,7 @@ class SourceOpener:
             self._stream.begin(options)
             return
         self.opening, self._options, self.failure = text, options, None
-        if self._prepared_request == (text, options, frame):
+        if self._prepared_request == (text, options, frame):  # it is being opened already
             self._current, self._prepared = self._prepared, self._current
         else:
             self._stop = Stop()
@@ -96,7 +96,7 @@ class SourceOpener:
         frame: int | None,
         timing: SceneTiming | None,
     ) -> None:
-        """Begin to open a source on a thread of `background`."""
+        """Begin to open a source on a thread of `background`, which receives the result."""
         placing = self._placing_of(text)
         opening = Opening(text, options, frame, timing, placing, self._wake, self._stop)
         background.start(partial(_open, opening))

@@ -34,7 +34,7 @@ class Pinhole:
     """One frame without a lens, as the defocus passes read it.
 
     color  RGBA, premultiplied
-    depth  metres, or the signed circle of confusion in pixels if the plate holds that
+    depth  meters, or the signed circle of confusion in pixels if the plate holds that
     bins   the distribution of its depths, see `Plate.bins`
     fragments  the known surfaces behind the picture; None if there are none
     overscan   of a scene: the same picture with a margin; plates have theirs in their data window
@@ -59,7 +59,7 @@ class Pinhole:
 
 
 def pinhole_optics(focus_offsets: FocusOffsetSurvey, pinhole: Pinhole, lens: Lens) -> Optics:
-    """Return the optics of a lens in front of a picture on the GPU."""
+    """Return the optics of a lens in front of a picture on the GPU, in pixels of its plate."""
     plate = pinhole.plate
     focus_offset = focus_offset_in(plate, lens) if plate.has_distances else LEVEL
     bins = focus_offsets.bins(pinhole.depth, pinhole.fragments, pinhole.bins, focus_offset)
@@ -129,7 +129,7 @@ class SourceOnGpu(Protocol):
         """Return the position and direction of the camera; None if only a picture is known."""
 
     def depth_m_at(self, shot: Shot, frame: float, x: int, y: int) -> float:
-        """Return the distance in metres at a pixel of any frame, for a click to focus.
+        """Return the distance in meters at a pixel of any frame, for a click to focus.
 
         Raises InputError outside the picture, and if only the loaded frame is known.
         """

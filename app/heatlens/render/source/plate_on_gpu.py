@@ -22,8 +22,8 @@ from heatlens.render.source.pinhole import Pinhole
 _BRIGHT_PERCENT = 90.0  # percentile of the light that counts as bright
 _BRIGHT_MOST = 4.0  # bright light up to here is taken as relative to a white surface
 _STEP = 16.0  # a power of two, so that scaling is exact; and coarse, so that it is steady in a shot
-_SAMPLES_PER_SIDE = 128
-_Textures = tuple[Texture, Texture]  # colour, depth
+_SAMPLES_PER_SIDE = 128  # pixels along each side at which light is measured, about
+_Textures = tuple[Texture, Texture]  # color, depth
 _PartTextures = list[
     tuple[Plate, _Textures]
 ]  # of the plate, and of the one with a border if it is known
@@ -33,8 +33,8 @@ def light_scale(color: npt.NDArray[np.float32]) -> float:
     """Return the factor, a power of two, on the light of a picture before it is blurred.
 
     `color` is (H, W, 4), scene-linear. It is 1 for pictures in which a white surface is about 1,
-    and less for those in physical units, such as candela per square metre, so that highlights and
-    similar colours are found as in any other picture.
+    and less for those in physical units, such as candela per square meter, so that highlights and
+    similar colors are found as in any other picture.
     """
     rows, columns = (max(1, side // _SAMPLES_PER_SIDE) for side in color.shape[:2])
     luminance = color[::rows, ::columns, :3].mean(axis=2)
@@ -82,7 +82,10 @@ class PlateOnGpu:
         return self._loaded
 
     def _pinhole(self, plate: Plate, part_textures: _PartTextures) -> Pinhole:
-        """Return the pinhole picture of a plate whose pixels have been uploaded."""
+        """Return the pinhole picture of a plate whose pixels have been uploaded.
+
+        If the plate has a border, `part_textures` ends with the plate and its border together.
+        """
         scale, (widest, textures) = light_scale(plate.color), part_textures[-1]
         fragments = self._fragments_of(widest, scale)
         wide = Pinhole(
@@ -111,7 +114,10 @@ class PlateOnGpu:
         )
 
     def _cutout_of(self, plate: Plate, light_scale: float) -> CutoutTextures | None:
-        """Upload the part of the plate that stays sharp, with its light multiplied."""
+        """Upload the part of the plate that stays sharp, with its light times `light_scale`.
+
+        Return None if the whole plate is blurred.
+        """
         if (cutout := plate.cutout) is None:
             return None
         size, share = (plate.data_window.width, plate.data_window.height), cutout.share[..., None]
@@ -136,7 +142,10 @@ class PlateOnGpu:
         )
 
     def _fragments_of(self, plate: Plate, light_scale: float) -> FragmentBuffers | None:
-        """Upload the plate's fragment lists to the GPU. Raises GpuError if they do not fit."""
+        """Upload the plate's fragment lists, with their light times `light_scale`.
+
+        Return None if it has none. Raises GpuError if they do not fit.
+        """
         if plate.fragments is None:
             return None
         lists, window = plate.fragments.scale_light(light_scale), plate.data_window
@@ -236,7 +245,7 @@ def _release(textures: _Textures) -> None:
 
 
 def _depth_or_coc(plate: Plate | Pixels) -> FloatArray:
-    """Return the depth in metres, or the coc of a plate without depth, (H, W) float32."""
+    """Return the depth in meters, or the coc of a plate without depth, (H, W) float32."""
     depth = plate.depth_m if plate.depth_m is not None else plate.coc_px
     assert depth is not None
     return np.ascontiguousarray(depth, np.float32)

@@ -2,7 +2,7 @@
 
 Numbered files are a sequence only if their pictures have the same size: hero.0720.exr and
 hero.1080.exr may be two sizes of the same picture. The names alone cannot decide, so the headers of
-a few neighbours are read, in about a tenth of a millisecond each.
+a few neighbors are read, in about a tenth of a millisecond each.
 """
 
 import os
@@ -35,7 +35,7 @@ from heatlens.media.sequence.names import NameForm, frames_text
 from heatlens.media.sequence.sequence import MissingPolicy, Sequence, find_sequence
 from heatlens.render.source.source import FrameLoader, Origin, Renderer, stamp_files
 
-_STILL_FRAME = 1  # frame number of a picture without a number in its name
+_STILL_FRAME = 1  # the frame number of a picture without a number in its name
 _AHEAD = 2  # plates that are read while one is rendered
 # Six plates of 4K with float32 RGBA and depth; a larger plate is read only when it is needed.
 _PLATES_BYTES = 1 << 30
@@ -57,7 +57,7 @@ class PlateSource:
 
     @cached_property
     def read(self) -> NeighbourReader:
-        """A function that reads a plate with the surfaces and border that its neighbours show."""
+        """A function that reads a plate with the surfaces and border that its neighbors show."""
         return NeighbourReader(self.options, self.sequence)
 
     @cached_property
@@ -66,7 +66,7 @@ class PlateSource:
         return PlateFiles(self.options.files_beside)
 
     def files_of(self, path: Path) -> tuple[Path, ...]:
-        """Return the files of the plate at a path, its own file first; then its neighbours'."""
+        """Return the files of the plate at a path, its own file first; then its neighbors'."""
         neighbours = self.read.files_of(path)
         return (
             *self.own_files(path),
@@ -75,7 +75,7 @@ class PlateSource:
 
     @property
     def all_files(self) -> tuple[Path, ...]:
-        """See `Source`; neighbours are chosen from all plates."""
+        """See `Source`; neighbors are chosen from all plates."""
         neighbours = self.sequence.present if self.read.neighbourhood.count else ()
         paths = (self.first_file, *map(self.sequence.path_at, neighbours))
         return tuple(dict.fromkeys(file for path in paths for file in self.own_files(path)))
@@ -174,7 +174,7 @@ class PlateSource:
 
 
 class _PlateLoader:
-    """See `FrameLoader`."""
+    """Loads plates into a renderer, and reads the next ones ahead. See `FrameLoader`."""
 
     def __init__(self, sequence: Sequence, read: NeighbourReader, renderer: Renderer) -> None:
         self._renderer = renderer
@@ -225,7 +225,7 @@ Size = tuple[int, int]
 
 
 def sequence_of_one_size(text: str) -> Sequence:
-    """Find the sequence for `text`; a file whose neighbours have another size stands alone.
+    """Find the sequence for `text`; a file whose neighbors have another size stands alone.
 
     A pattern or a folder means all of its files. Raises InputError as `find_sequence` does.
     """

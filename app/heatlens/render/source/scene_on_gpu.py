@@ -110,7 +110,7 @@ class SceneOnGpu:
     def through_lens(
         self, shot: Shot, frame: int, size: tuple[int, int], out: Texture
     ) -> Steps[None]:
-        """Accumulate or trace rays."""
+        """See `SourceOnGpu`; views are accumulated or rays traced, by the method of the shot."""
         lens = shot.lens_at(frame)
         self._raster.place(frame)
         pupil = pupil_of(lens)
@@ -146,7 +146,10 @@ class SceneOnGpu:
         return upper_median_m(self._depth_in(shot, frame, area_at(x, y, window, window)))
 
     def _depth_in(self, shot: Shot, frame: float, area: Box) -> FloatArray:
-        """Return (h, w) planar metres of an area; the latest picture stays as it is."""
+        """Return the planar meters (h, w) of an area of the picture at `frame`.
+
+        The latest picture stays as it is.
+        """
         width, height = size = self.size(shot)
         offset_px = (area.x0 + area.x1 - width) / 2, (area.y0 + area.y1 - height) / 2
         view = shot_view(self.scene, shot, frame, size)

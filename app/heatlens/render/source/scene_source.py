@@ -123,7 +123,7 @@ class SceneSource:
 
 @dataclass(frozen=True)
 class _SceneLoader:
-    """See `FrameLoader`."""
+    """Draws the pinhole picture of each frame of a scene. See `FrameLoader`."""
 
     shot: Shot
     renderer: Renderer

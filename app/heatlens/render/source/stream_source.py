@@ -44,8 +44,9 @@ class StreamSource:
         self.is_shown = False  # the first of them has arrived
         self.problem = ""  # message about why the newest frame is not shown
         self.arriving = ""  # message while a part of the frame has not arrived
+        # the version of the server's images in the newest plate, and how they were read
         self._plate_origin: tuple[int, PlateOptions] | None = None
-        self._due_s = 0.0
+        self._due_s = 0.0  # time of the monotonic clock before which no plate is made
         self._plate_maker: Background[_StreamPlate] = Background(lambda: self.wake())
         self._server = TevServer(host, port, on_news=lambda: self.wake())
         name, bound_port = self._server.address
@@ -54,6 +55,7 @@ class StreamSource:
 
     def begin(self, options: PlateOptions) -> None:
         """Show the current and all later frames, read with `options`."""
+        # without an origin, the current frame counts as new and is read again
         self.options, self.should_show, self._plate_origin = options, True, None
 
     def show(self, is_shown: bool) -> None:
@@ -61,7 +63,10 @@ class StreamSource:
         self.should_show = self.is_shown = is_shown
 
     def poll(self) -> Plate | None:
-        """Return the newest frame once; begin with the next one if the renderer has sent more."""
+        """Return the newest frame once, and None until there is another one.
+
+        Begin to make a plate of the next frame if the renderer has sent more.
+        """
         result = self._plate_maker.poll()
         if result is not None:
             self._plate_origin, self.problem = result.origin, result.problem

@@ -105,6 +105,7 @@ def _lens(session: Session) -> Iterator[Command]:
 
 
 def _play(session: Session) -> Iterator[Command]:
+    """Yield commands for the Play menu."""
     time, pull = session.time.timeline, session.time.frames_ahead
     yield from in_group(
         *("Play", "play"),

@@ -36,6 +36,7 @@ def _switch(
 
 
 def _view(session: Session) -> Iterator[Command]:
+    """Yield commands for the View menu."""
     view, switch = session.pictures.commands, partial(_switch, session)
     ruler = view.ruler
     blur = switch("depth_of_field", "Depth of field", "D", "")

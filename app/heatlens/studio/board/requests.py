@@ -66,7 +66,7 @@ class Go(Request):
 
 @dataclass(frozen=True, slots=True)
 class Focus(Request):
-    """Focus at a distance in metres."""
+    """Set the focus distance, in meters."""
 
     distance_m: float
 

@@ -34,6 +34,7 @@ def read_user_keys(preferences: Path | None) -> tuple[Mapping[str, str], str]:
 
 
 def _checked(top: JsonEntry) -> dict[str, str]:
+    """Return the keys by name of the command; refuse a malformed key, or one given twice."""
     keys: dict[str, str] = {}
     for name, key in top.mapping_of(str).items():
         entry = JsonEntry(top.path, name, key)

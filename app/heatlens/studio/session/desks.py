@@ -60,7 +60,7 @@ class PictureDesk:
         self.workers: tuple[Worker, ...] = (self.references, self.saving)
 
     def use_header_color_space(self, attributes: Mapping[str, object]) -> str:
-        """Use the colour space of a plate's header; return a note about it, or ""."""
+        """Use the color space of a plate's header; return a note about it, or ""."""
         self.view.state = self.color.adapt_to_plate(self.view.state, attributes)
         return self.color.plate_input_space(self.view.state.input_space).note
 

@@ -34,7 +34,7 @@ SHOWN_S = 12.0
 
 
 class Problem(str):
-    """A message about an error or something impossible; it is shown in another colour."""
+    """A message about an error or something impossible; it is shown in another color."""
 
     __slots__ = ()
 
@@ -88,7 +88,7 @@ class Messages(Worker):
         self._is_true = sentence.is_true if isinstance(sentence, Passing) else _always
 
     def clear(self) -> None:
-        """Clear the message."""
+        """Show no message from now on."""
         self.text = ""
 
     def fade(self, keeps_problem: bool = False) -> None:

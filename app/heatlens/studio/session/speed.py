@@ -23,7 +23,7 @@ class Speed:
 
     frames_s: deque[float] = field(default_factory=lambda: deque(maxlen=_AVERAGED_FRAMES))
     drag_frames_s: deque[float] = field(default_factory=lambda: deque(maxlen=_AVERAGED_FRAMES))
-    is_software: bool = False  # the window is drawn by a software rasteriser
+    is_software: bool = False  # the window is drawn by a software rasterizer
     is_for_ring: bool = False  # a ring is being turned, which needs quicker pictures
     window_s: float = 0.02  # running mean of drawing a frame without rendering its picture
     has_window: bool = False  # a window shows the picture, so the user waits for it

@@ -36,7 +36,7 @@ class Address:
 
     @property
     def scheme(self) -> str:
-        """The scheme of its links."""
+        """The scheme of its links: https with a certificate, else http."""
         return "http" if self.certificate is None else "https"
 
     def url(self, port: int, token: str = "") -> str:
@@ -104,7 +104,7 @@ _TOKEN_LETTERS = len(secrets.token_urlsafe(_TOKEN_BYTES))
 
 
 class Role(StrEnum):
-    """The rights of a link."""
+    """The rights that a link gives: to control the session, or only to look."""
 
     HAND = "hand"  # turn the lens, play, set keys
     LOOK = "look"  # look only
@@ -112,7 +112,7 @@ class Role(StrEnum):
 
 @dataclass(frozen=True)
 class Links:
-    """The token of each role."""
+    """The secret token in the link of each role."""
 
     hand: str
     look: str

@@ -101,7 +101,7 @@ class SharedSession:
 
     @property
     def has_messages(self) -> bool:
-        """True while messages wait."""
+        """True while messages of pages wait to be carried out."""
         return bool(self._messages)
 
     def follow_messages(self, board: Board) -> bool:

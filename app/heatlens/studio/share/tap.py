@@ -43,7 +43,7 @@ class DisplayedPicture:
 
 
 class PictureComposer:
-    """Draws pictures for pages."""
+    """Draws pictures as pages show them, and reads their pixels from the GPU."""
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
@@ -116,17 +116,18 @@ class Tap:
         self._shared = shared
         self._page_state = PageState(session, board)
         self._composer = PictureComposer(session.pictures.renderer.ctx)
-        self._key: object = None
-        self._changed_at = time.monotonic()
+        self._key: object = None  # the key of the last picture that was read; None for none
+        self._changed_at = time.monotonic()  # when the last picture was read, in seconds
 
     def publish(self, key: object, make_picture: Callable[[], DisplayedPicture | None]) -> None:
-        """Publish new state and the picture of `key`.
+        """Publish new state, and a picture if there is a new one.
 
-        `make_picture` is called only if a page can take the picture. Costs nothing while no page is
-        connected.
+        `key` changes whenever the picture changes; the same key does not make the picture again.
+        `make_picture` is called only if a page can take the picture. Nothing is done while no page
+        is connected.
         """
         if not self._shared.client_count:
-            self._key = None
+            self._key = None  # the next page to connect needs a new picture
             return
         self._shared.publish(self._page_state.entries(), self._newest_picture(key, make_picture))
 
@@ -160,7 +161,11 @@ class Tap:
     def _newest_picture(
         self, key: object, make_picture: Callable[[], DisplayedPicture | None]
     ) -> Picture | None:
-        """Return the newest picture for the pages; at rest, the last pixels marked as final."""
+        """Return the newest picture for the pages, or the last one if nothing is new.
+
+        Once the picture rests, the last pixels are returned again with the next number, marked as
+        whole. Return None if there was no picture yet.
+        """
         last, now = self._shared.picture, time.monotonic()
         self._shared.is_behind = key != self._key and not self._shared.ready_clients
         if key != self._key and self._shared.ready_clients:

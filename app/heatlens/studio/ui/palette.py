@@ -53,6 +53,7 @@ class Palette:
         return command
 
     def _draw_content(self, commands: Sequence[Command]) -> Command | None:
+        """Draw the text field and the matching commands; return the one that was chosen."""
         if self._is_opening:
             imgui.set_keyboard_focus_here()
             self._is_opening = False
@@ -85,6 +86,7 @@ class Palette:
         self._selected_row = min(max(self._selected_row, 0), max(count - 1, 0))
 
     def _draw_row(self, command: Command, is_selected: bool, why_not: str) -> bool:
+        """Draw the row of a command, barred if `why_not` has text; return True if clicked."""
         with widgets.disabled(bool(why_not)):
             is_clicked, _ = imgui.selectable(f"{command.name}##{command.menu}", is_selected)
         probe.note(f"palette {command.name}")

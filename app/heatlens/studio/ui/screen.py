@@ -135,6 +135,7 @@ class Screen:
             shrink_large_panels(self.ui.panels)
 
     def _do_commands(self) -> None:
+        """Carry out the commands chosen by key, in the menu or in the palette; draw the popups."""
         session, ui = self._session, self.ui
         if not topmost.is_any_open() and imgui.is_key_pressed(imgui.Key.escape, False):
             self._leave_mode()

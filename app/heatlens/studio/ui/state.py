@@ -27,11 +27,11 @@ class ThemeChoice:
 
     def __init__(self, preferences: Preferences) -> None:
         self._preferences = preferences
-        self._is_painted = False  # whether the ImGui context of this window has its colours yet
+        self._is_painted = False  # whether the ImGui context of this window has its colors yet
 
     @property
     def current(self) -> Theme:
-        """The theme that the user chose."""
+        """The theme that the user chose in the preferences."""
         return self._preferences.values.theme
 
     def choose(self, new_theme: Theme) -> None:

@@ -229,7 +229,7 @@ class StatusBar:
 
 
 def _draw_fitted(words: str, width: float) -> None:
-    """Draw grey text, cut to `width`; a tooltip shows all of it."""
+    """Draw gray text, cut to `width`; a tooltip shows all of it."""
     fitted_words = fit_text(words, width)
     imgui.text_disabled(fitted_words)
     if fitted_words != words and imgui.is_item_hovered():
@@ -288,7 +288,7 @@ def side_words(picture: Shown) -> str:
 
 
 def _b_words(view: ViewState, sides: CompareSides, reference: str | None) -> str:
-    """Return what B shows."""
+    """Return what side B shows: a look, another method, the reference, or the pinhole picture."""
     picture_b = sides.picture_of_b(view)
     if view.against is Against.LOOK and picture_b is not None:
         return _look_words(view.b_look, sides)

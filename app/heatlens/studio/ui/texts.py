@@ -1,4 +1,4 @@
-"""Draw words: in colour, cut to a width, and as tooltips."""
+"""Draw words: in color, cut to a width, and as tooltips."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -28,7 +28,7 @@ def disabled_tip(reason: str) -> None:
 
 
 def colored_text(text: str, color: ImVec4) -> None:
-    """Draw a text in colour, wrapped over several lines; draw nothing if it is empty."""
+    """Draw a text in color, wrapped over several lines; draw nothing if it is empty."""
     if not text:
         return
     with colored(color):
@@ -74,7 +74,7 @@ def fit_text(
 
 @contextmanager
 def colored(color: ImVec4 | None, slot: int = imgui.Col_.text) -> Iterator[None]:
-    """Draw the text of the block, or the style slot `slot`, in a colour; None changes nothing."""
+    """Draw the text of the block, or the style slot `slot`, in a color; None changes nothing."""
     if color is None:
         yield
         return

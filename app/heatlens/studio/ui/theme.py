@@ -1,6 +1,6 @@
-"""Define all colours of the interface for both themes; apply colours, sizes and fonts to ImGui.
+"""Define all colors of the interface for both themes; apply colors, sizes and fonts to ImGui.
 
-Backgrounds are neutral greys, so that the surround does not bias how the picture's colours look.
+Backgrounds are neutral grays, so that the surround does not bias how the picture's colors look.
 What is drawn over the picture uses `DARK` in every theme, see `OVER_PICTURE`. The palette in use is
 kept here.
 """
@@ -19,7 +19,7 @@ _Col = imgui.Col_
 _BRIGHT_KNOB, _DARK_KNOB, _LINE = (0.74, 0.74, 0.74), (0.36, 0.36, 0.36), (0.70, 0.70, 0.70)
 _Rgb = tuple[float, float, float]
 
-# ImGui's own colours in the dark and in the light theme, components 0 to 1.
+# ImGui's own colors in the dark and in the light theme, components 0 to 1.
 _STYLE: Mapping[int, tuple[_Rgb, _Rgb]] = {
     _Col.text: ((0.88, 0.88, 0.88), (0.09, 0.09, 0.09)),
     _Col.text_disabled: ((0.56, 0.56, 0.57), (0.35, 0.35, 0.36)),
@@ -68,7 +68,7 @@ Color = TypeVar("Color")
 
 
 class _Pair(Generic[Color]):
-    """A colour of the dark and of the light theme; a palette has one of them."""
+    """A color of the dark and of the light theme; a palette has one of them."""
 
     def __init__(self, dark: Color, light: Color) -> None:
         self._dark, self._light = dark, light
@@ -78,7 +78,7 @@ class _Pair(Generic[Color]):
 
 
 def _packed_pair(dark: tuple[float, ...], light: tuple[float, ...] = ()) -> _Pair[int]:
-    """Return colours from components 0 to 255 and an opacity, packed for ImGui's draw lists."""
+    """Return colors from components 0 to 255 and an opacity, packed for ImGui's draw lists."""
 
     def pack(red: float, green: float, blue: float, alpha: float = 1.0) -> int:
         return imgui.color_convert_float4_to_u32(ImVec4(red / 255, green / 255, blue / 255, alpha))
@@ -87,7 +87,7 @@ def _packed_pair(dark: tuple[float, ...], light: tuple[float, ...] = ()) -> _Pai
 
 
 def _text_color_pair(dark: tuple[float, ...], light: tuple[float, ...]) -> _Pair[ImVec4]:
-    """Return colours of text and controls from components 0 to 1, perhaps with an opacity."""
+    """Return colors of text and controls from components 0 to 1, perhaps with an opacity."""
 
     def text_color(red: float, green: float, blue: float, alpha: float = 1.0) -> ImVec4:
         return ImVec4(red, green, blue, alpha)
@@ -99,14 +99,14 @@ def _text_color_pair(dark: tuple[float, ...], light: tuple[float, ...]) -> _Pair
 # lens, keys and marks are blue, messages gray, faults red; knobs and ticks are neutral. The green
 # of the tolerance differs from the green of the sharp range.
 class Palette:
-    """The colours of a theme: packed integers for draw lists, ImVec4 for text and controls.
+    """The colors of a theme: packed integers for draw lists, ImVec4 for text and controls.
 
     accent, live   the live lens alone; `on_accent` is text on it, and on keys and marks
     groove         background of bars and curves; `played` is the played range of frames
     handle         emphasised items: names of rows with keys, icons, draggable lines
     key, mark      keys of a curve, and keys that follow a focus mark
     guide          guide lines over the picture; `pixel_grid` lines between its pixels
-    fringe_red     rims of a disc with axial colour, also `fringe_blue`
+    fringe_red     rims of a disc with axial color, also `fringe_blue`
     disc_ground    background of the drawing of a bokeh disc
     tolerance_band how far keys may differ from a recording, in another green than the sharp range
     recorded       a recorded focus pull; `armed_button` is the record button when armed
@@ -114,7 +114,7 @@ class Palette:
     trial          a value that holds at this frame only and has no key
     status_ground  background of the status bar; `start_ground` of the start screen
     dimming        drawn over everything behind a dialog
-    style          ImGui's own colours, components 0 to 1
+    style          ImGui's own colors, components 0 to 1
     """
 
     accent = _packed_pair((242, 169, 59), (168, 92, 0))
@@ -164,8 +164,8 @@ DARK, LIGHT = Palette(False), Palette(True)
 
 _FONTS = Path(imgui_bundle.__file__).parent / "assets" / "fonts"
 FONT_FILE, FONT_PX = _FONTS / "Roboto" / "Roboto-Regular.ttf", 15.0
-# The colour around the picture in every theme. The surround changes how bright and colourful a
-# picture looks, so pictures are judged against a neutral grey that is darker than they are.
+# The color around the picture in every theme. The surround changes how bright and colorful a
+# picture looks, so pictures are judged against a neutral gray that is darker than they are.
 SURROUND = (30 / 255, 30 / 255, 30 / 255)
 # The palette of everything drawn over the picture, whose background is dark in every theme.
 OVER_PICTURE = DARK
@@ -193,12 +193,12 @@ _SIZES = (
 
 
 def pack_color(color: Sequence[float]) -> int:
-    """Return a colour of three or four components, 0 to 1, packed for ImGui's draw lists."""
+    """Return a color of three or four components, 0 to 1, packed for ImGui's draw lists."""
     return imgui.color_convert_float4_to_u32(ImVec4(*color, *[1.0] * (4 - len(color))))
 
 
 def paint(palette: Palette) -> None:
-    """Set the colours of the current ImGui context."""
+    """Set the colors of the current ImGui context."""
     global colors
     colors = palette
     if palette.is_light:
@@ -209,12 +209,12 @@ def paint(palette: Palette) -> None:
     for slot, color in palette.style.items():
         style.set_color_(slot, ImVec4(*color, 1.0))
     style.set_color_(imgui.Col_.modal_window_dim_bg, palette.dimming)
-    style.frame_border_size = 1.0 if palette.is_light else 0.0  # for white on grey
+    style.frame_border_size = 1.0 if palette.is_light else 0.0  # for white on gray
 
 
 @contextmanager
 def over_picture() -> Iterator[None]:
-    """Draw the text and controls of the block in the colours for drawing over the picture."""
+    """Draw the text and controls of the block in the colors for drawing over the picture."""
     style = {} if colors is OVER_PICTURE else OVER_PICTURE.style
     for slot, color in style.items():
         imgui.push_style_color(slot, ImVec4(*color, 1.0))

@@ -27,7 +27,7 @@ class Key:
     """A value that a curve passes through exactly.
 
     frame          may lie between two frames
-    value          in the parameter's own unit: metres, not dioptres
+    value          in the parameter's own unit: meters, not dioptres
     interpolation  of the segment after this key
     ease_out       handle into the segment after it, if that is a Bezier
     ease_in        handle into the segment before it, if that is one
@@ -165,10 +165,10 @@ class Curve:
         return self.with_key(bezier_key).with_key(replace(end, ease_in=ease_in))
 
     def _interpolate(self, index: int, frame: float) -> float:
-        """Return the value inside the segment after a key."""
+        """Return the value at a frame inside the segment after the key with this index."""
         start, end = self.keys[index], self.keys[index + 1]
         frames = end.frame - start.frame
-        u = (frame - start.frame) / frames
+        u = (frame - start.frame) / frames  # share of the segment, 0 to 1
         end_positions = self.scale.position_of(start.value), self.scale.position_of(end.value)
         value_bounds = [start.value, end.value]  # only handles can leave this range
         match start.interpolation:

@@ -82,9 +82,9 @@ def check_frames_per_second(rate: float) -> None:
 def check_within(
     allowed_frames: FrameRange | None, source_name: str, frames: Iterable[int]
 ) -> None:
-    """Raise InputError that names those of `frames` outside `span`; None allows all frames.
+    """Raise InputError if any of `frames` is outside `allowed_frames`; None allows all frames.
 
-    `what` is the name of the source that has these frames.
+    `source_name` names the source that has the allowed frames, for the message.
     """
     wrong_frames = [
         frame for frame in frames if allowed_frames is not None and frame not in allowed_frames
@@ -98,7 +98,10 @@ def check_within(
 
 
 def exact_rate(frames_per_second: float) -> Fraction:
-    """Return 23.976 as 24000/1001 and similar rates likewise; return others unchanged."""
+    """Return 23.976 as 24000/1001, and similar rates likewise.
+
+    Any other rate becomes the nearest fraction with a denominator of up to 1001.
+    """
     rounded_rate = round(frames_per_second)
     ntsc_rate = Fraction(rounded_rate * 1000, 1001)
     if abs(frames_per_second - ntsc_rate) < 0.005:

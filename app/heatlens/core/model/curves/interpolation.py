@@ -5,7 +5,7 @@ A path is drawn over frames on the scale of its parameter, where equal steps loo
                lines and infinity is 0
   logarithmic  log2(value): f-stops, whose ring counts stops, each half a doubling; focal lengths,
                whose ring magnifies by equal ratios
-  linear       the value itself: a squeeze, or focus in metres for those who want it so
+  linear       the value itself: a squeeze, or focus in meters for those who want it so
 """
 
 import math
@@ -17,10 +17,10 @@ from heatlens.core.base.errors import InputError
 # Values beyond these are in the wrong unit; within them, nothing here overflows.
 _LEAST, _MOST = 1e-9, 1e12
 _DOUBLINGS_MOST = math.log2(_MOST)
-_SPEED_MOST = 1e9
-_REACH_LEAST = 1e-6
+_SPEED_MOST = 1e9  # units of the scale per frame
+_REACH_LEAST = 1e-6  # share of a segment; a shorter handle has no direction
 _HALVINGS = 60  # halvings of an interval of length 1, down to the rounding of its ends
-_CLOSE = 1e-15
+_CLOSE = 1e-15  # error of a time at which the search for it ends
 
 
 class Interpolation(StrEnum):
@@ -39,7 +39,7 @@ class Scale(StrEnum):
     RECIPROCAL = "reciprocal"
     LOGARITHMIC = "logarithmic"
 
-    # Blur is linear in dioptres, and so is the turn of a focus ring. A pull that is even in metres
+    # Blur is linear in dioptres, and so is the turn of a focus ring. A pull that is even in meters
     # would rush through everything near, and could not end at infinity.
     def position_of(self, value: float) -> float:
         """Return the position of `value` on this scale. Raises InputError if it has none."""
@@ -114,7 +114,7 @@ def monotone_slope(before: tuple[float, float], after: tuple[float, float]) -> f
     F. N. Fritsch and R. E. Carlson, "Monotone Piecewise Cubic Interpolation", 1980, show which
     slopes keep a cubic between its keys; the weighted harmonic mean of F. N. Fritsch and J.
     Butland, "A Method for Constructing Local Monotone Piecewise Cubic Interpolants", 1984, is one
-    that a key decides with its two neighbours alone, so that an edit stays local.
+    that a key decides with its two neighbors alone, so that an edit stays local.
     """
     (frames_0, chord_0), (frames_1, chord_1) = before, after
     if chord_0 * chord_1 <= 0:
@@ -124,7 +124,10 @@ def monotone_slope(before: tuple[float, float], after: tuple[float, float]) -> f
 
 
 def hermite(u: float, ends: tuple[float, float], rises: tuple[float, float]) -> float:
-    """Return the cubic over 0 <= u <= 1 with these values and slopes at its ends."""
+    """Return the value at u of the cubic over 0 <= u <= 1 with these values at its `ends`.
+
+    `rises` are its slopes there, for each unit of u.
+    """
     (start, end), (rise_0, rise_1) = ends, rises
     v = 1.0 - u
     eased = u * u * (3.0 - 2.0 * u)

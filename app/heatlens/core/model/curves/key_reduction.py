@@ -17,7 +17,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.curves.interpolation import Ease, Interpolation, Scale, hermite
 
-Samples = Sequence[tuple[float, float]]  # (frame, focus distance in metres), by frame
+Samples = Sequence[tuple[float, float]]  # (frame, focus distance in meters), by frame
 
 # A handle of a third of the piece makes a Bezier the plain cubic with that slope at its end.
 _THIRD_PERCENT = 100 / 3
@@ -36,7 +36,7 @@ def reduce_keys(
 ) -> tuple[Key, ...]:
     """Return few keys of the focus that pass every sample within a tolerance.
 
-    `samples` are pairs of a frame and a focus distance in metres, which may be infinite. They may
+    `samples` are pairs of a frame and a focus distance in meters, which may be infinite. They may
     come in any order, and of several at one frame the last one counts. `scale` is that of the
     curve which the keys are for. The first and the last sample are kept as they are, unless all
     samples lie within the tolerance of the first: then that is the only key. With `eases` the
@@ -100,6 +100,7 @@ class _Recording:
     # fit as many pieces as there are samples.
     def _find_long_piece(self, start: int, last: int) -> _Piece:
         """Return a long piece from `start`, found by doubling its length, then by bisection."""
+        # Lengths in samples: `reach` is tried next, and a piece of `too_long` did not fit.
         longest, reach = self.fit_piece(start, start + 1), 2
         too_long = last - start + 1
         while reach < too_long:
@@ -123,6 +124,7 @@ class _Recording:
     def fit_piece(self, start: int, end: int) -> _Piece:
         """Return the monotone cubic between two samples that is nearest to those in between."""
         frames, rise, rows = self._least_squares_rows(start, end)
+        # The sums of the normal equations: s of both slopes with each other, t with the samples.
         pairs = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2))
         s00, s01, s11, t0, t1 = (sum(row[i] * row[j] for row in rows) for i, j in pairs)
         are_slopes_free = start > 0 or not self.eases, end < len(self.samples) - 1 or not self.eases
@@ -176,7 +178,7 @@ class _Recording:
         return all(slope == _clamp_slope(slope, rise) for slope in slopes)
 
     def keys_of(self, pieces: Sequence[_Piece]) -> tuple[Key, ...]:
-        """Return a key for each end of a piece."""
+        """Return a key for each end of a piece, whose handles have the slopes of the pieces."""
         slopes_in = [0.0, *(piece.slope_in for piece in pieces)]
         slopes_out = [*(piece.slope_out for piece in pieces), 0.0]
         sample_indices = [pieces[0].start, *(piece.end for piece in pieces)]
@@ -194,7 +196,10 @@ class _Recording:
 
 
 def _clamp_slope(slope: float, rise: float) -> float:
-    """Return the slope, limited so that the cubic over a piece with this rise stays monotone."""
+    """Return the slope, limited so that the cubic over a piece stays monotone.
+
+    `slope` and `rise` are both for the whole piece, on the scale of the curve.
+    """
     low, high = sorted((0.0, _STEEPEST * rise))
     return min(max(slope, low), high)
 
@@ -219,7 +224,7 @@ def _smooth_joints(recording: _Recording, pieces: list[_Piece]) -> list[_Piece]:
 def linear_keys(frames: tuple[int, ...], track: tuple[float, ...], scale: Scale) -> tuple[Key, ...]:
     """Return the fewest keys that reproduce the track at every frame; none for a constant track.
 
-    A key is left out if it lies on the straight line between its neighbours on `scale`: the line
+    A key is left out if it lies on the straight line between its neighbors on `scale`: the line
     from the last key to the next has to pass every frame in between within the precision of
     float32.
     """

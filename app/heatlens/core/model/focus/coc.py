@@ -1,7 +1,13 @@
 """The circle of confusion of a thin lens, and the limits of what looks sharp.
 
-With aperture diameter A, image distance v and focus distance S, a point at depth z makes a disc on
-the sensor of diameter
+    A   diameter of the aperture
+    f   focal length
+    v   distance from the lens to the image
+    S   focus distance
+    z   depth of a point
+    c   the acceptable circle of confusion: the diameter up to which a disc looks sharp
+
+A point at depth z makes a disc on the sensor of diameter
 
     coc(z) = A v (1 / S - 1 / z)  =  A v / S  -  A v * 1 / z
 
@@ -63,7 +69,7 @@ class FocusOffset:
         return self == FocusOffset(slope=self.slope, edge=self.edge)
 
     def dioptres_at(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
-        """Return the dioptres at places in pixels; the first pixel's middle is (0.5, 0.5)."""
+        """Return the dioptres at positions in pixels; the first pixel's middle is (0.5, 0.5)."""
         tilted, split_part = (
             gradient[0] * np.asarray(x) + gradient[1] * np.asarray(y) + gradient[2]
             for gradient in self._gradients
@@ -72,7 +78,10 @@ class FocusOffset:
         return np.asarray(tilted + self.split * share * share * (3 - 2 * share), np.float64)
 
     def dioptre_limits(self, area: Box) -> tuple[float, float]:
-        """Return limits of the dioptres in an area of pixels."""
+        """Return a lower and an upper limit of the dioptres in an area of pixels.
+
+        They need not be reached: the whole split counts, wherever its edge lies.
+        """
         area_corners = ((x, y) for x in (area.x0, area.x1) for y in (area.y0, area.y1))
         corner_dioptres = [self.slope[0] * x + self.slope[1] * y for x, y in area_corners]
         split_limits = min(self.split, 0.0), max(self.split, 0.0)
@@ -81,12 +90,12 @@ class FocusOffset:
         ) + self.slope[2] + split_limits[1]
 
     def moved(self, px: tuple[float, float]) -> "FocusOffset":
-        """Return the same in a picture that begins this many pixels farther left and up."""
+        """Return the offset for a picture that begins this many pixels farther left and up."""
         slope, edge = ((a, b, c - a * px[0] - b * px[1]) for a, b, c in self._gradients)
         return replace(self, slope=slope, edge=edge)
 
     def scaled(self, scale: float) -> "FocusOffset":
-        """Return the same in the picture at another size."""
+        """Return the offset for the picture at `scale` times its size."""
         slope, edge = ((a / scale, b / scale, c) for a, b, c in self._gradients)
         return replace(self, slope=slope, edge=edge)
 
@@ -110,11 +119,15 @@ LEVEL = FocusOffset()
 def focus_offset_of(
     lens: Lens, size: tuple[int, int], pixel_aspect_ratio: float = 1.0
 ) -> FocusOffset:
-    """Return where the focus lies in a picture of this width and height, which the sensor fills."""
+    """Return the offset of the focus by tilt and split in a picture of this width and height.
+
+    The sensor's width fills the picture.
+    """
     if not any(getattr(lens, term) for term in FOCUS_OFFSET_TERMS):
         return LEVEL
     width, height = size
     focal_px = width * lens.focal_length_mm / lens.sensor_width_mm
+    # Dioptres for each pixel: a point's tangent grows by 1 / focal_px from pixel to pixel.
     steepness = 1e3 * math.sin(math.radians(lens.tilt_deg)) / lens.focal_length_mm / focal_px
     slope = _gradient(steepness, lens.tilt_direction_deg - 90.0, pixel_aspect_ratio)
     sharpness = 1.0 / max(lens.split_softness * width, _EDGE_LEAST_PX)
@@ -165,7 +178,7 @@ class CocLine:
 
     at_infinity_px   diameter of a point at infinity, in pixels across; 0 with focus at infinity
     per_dioptre_px   pixels for each 1/m that the point is nearer; always negative
-    lean             what a tilt or a split adds at a pixel, in dioptres
+    focus_offset     what a tilt or a split adds at a pixel, in dioptres
     """
 
     at_infinity_px: float
@@ -184,12 +197,12 @@ class CocLine:
         return self.focus_offset.uniforms(-self.per_dioptre_px)
 
     def scaled(self, scale: float) -> "CocLine":
-        """Return the line in the picture at another size."""
+        """Return the line for the picture at `scale` times its size."""
         ends = self.at_infinity_px * scale, self.per_dioptre_px * scale
         return CocLine(*ends, self.focus_offset.scaled(scale))
 
     def focus_offset_limits_px(self, area: Box) -> tuple[float, float]:
-        """Return limits of what the focus offset adds in an area of pixels."""
+        """Return the lower and the upper limit, in pixels, of what the offset adds in an area."""
         least, most = self.focus_offset.dioptre_limits(area)
         return -self.per_dioptre_px * least, -self.per_dioptre_px * most
 
@@ -225,11 +238,13 @@ def focus_offset_coc_px(line: CocLine, area: Box) -> NDArray[np.float64] | float
 
 
 def lens_diameter_m(lens: Lens) -> float:
-    """Return the diameter in metres of the opening that makes the discs of `coc_line`.
+    """Return the diameter in meters of the opening that makes the discs of `coc_line`.
 
-    A v (1/S - 1/z) on the sensor is f D (1/S - 1/z) with D = A v / f: this suits a pinhole picture,
-    whose magnification is f / z. The image of a real lens lies a little behind the focal length,
-    that of a renderer's lens on it, so that there D is the aperture.
+    With aperture diameter A, focal length f, image distance v, focus distance S and depth z, the
+    diameter A v (1/S - 1/z) on the sensor is f D (1/S - 1/z) for an opening of the diameter
+    D = A v / f. This suits a pinhole picture, whose magnification is f / z. The image of a real
+    lens lies a little behind the focal length, that of a renderer's lens on it, so that there D is
+    the aperture.
     """
     return -_per_dioptre_mm(lens) / lens.focal_length_mm
 
@@ -237,8 +252,8 @@ def lens_diameter_m(lens: Lens) -> float:
 def axial_px(lens: Lens, display_width_px: int) -> float:
     """Return the signed difference in disc diameter of blue and green, and of green and red.
 
-    For light that focuses a distance d farther behind the lens, the sensor is too near by d: with
-    the image distance v, this changes the diameter of a disc by A d / v.
+    For light that focuses a distance d farther behind the lens, the sensor is too near by d. With
+    aperture diameter A and image distance v, this changes the diameter of a disc by A d / v.
     """
     shift_mm = lens.axial_colour_mm / 2
     wider_mm = shift_mm * _focal_over_image_distance(lens) / lens.f_stop
@@ -259,10 +274,12 @@ def sharp_px(lens: Lens, display_width_px: int) -> float:
 
 
 def hyperfocal_m(lens: Lens) -> float:
-    """Return the nearest focus distance at which infinity still looks sharp: A v / S = c there.
+    """Return the nearest focus distance, in meters, at which infinity still looks sharp.
 
-    That is f + A f / c for a real lens and A f / c for a renderer's. c is the acceptable circle of
-    confusion; it applies to the height of the disc, which a squeeze does not change.
+    With aperture diameter A, focal length f, image distance v, focus distance S and acceptable
+    circle of confusion c, a point at infinity makes a disc of diameter A v / S. That equals c for
+    S = f + A f / c with a real lens, and for S = A f / c with a renderer's, whose image does not
+    move. c applies to the height of the disc, which a squeeze does not change.
     """
     f_mm = lens.focal_length_mm
     nearest_mm = f_mm if lens.model.facts.image_moves else 0.0
@@ -270,12 +287,12 @@ def hyperfocal_m(lens: Lens) -> float:
 
 
 def near_limit_m(lens: Lens) -> float:
-    """Return the nearest depth that looks sharp, where coc = -c."""
+    """Return the nearest depth in meters that looks sharp: its disc is as large as is allowed."""
     return 1.0 / (1.0 / lens.focus_distance_m + sharp_dioptres(lens))
 
 
 def far_limit_m(lens: Lens) -> float:
-    """Return the farthest depth that looks sharp, where coc = +c.
+    """Return the farthest depth in meters that looks sharp: its disc is as large as is allowed.
 
     It is infinite from the hyperfocal distance on.
     """
@@ -296,12 +313,12 @@ def sharp_dioptres(lens: Lens) -> float:
 def _per_dioptre_mm(lens: Lens) -> float:
     """Return the diameter on the sensor in mm for each dioptre from the focus.
 
-    It is -A v, with no special case for focus at infinity.
+    It is -A v, aperture diameter times image distance, without a special case for infinity.
     """
     f_mm = lens.focal_length_mm
     return -1e-3 * lens.aperture_diameter_mm * f_mm / _focal_over_image_distance(lens)
 
 
 def _focal_over_image_distance(lens: Lens) -> float:
-    """Return f / v of the lens at its focus distance."""
+    """Return focal length over image distance, f / v, of the lens at its focus distance."""
     return lens.model.focal_over_image_distance(lens.focal_length_mm, lens.focus_distance_m)

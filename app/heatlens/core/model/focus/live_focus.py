@@ -14,7 +14,7 @@ import numpy as np
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.option import option_field, options_of
 
-Distances = Mapping[int, float | None]  # metres by frame; None where the thing is hidden
+Distances = Mapping[int, float | None]  # meters by frame; None where the thing is hidden
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ class Pursuit:
 
 @dataclass(frozen=True, slots=True)
 class MeasuredMark:
-    """The distances of a mark at all frames of a shot, in metres; None where it is hidden."""
+    """The distances of a mark at all frames of a shot, in meters; None where it is hidden."""
 
     mark: str
     distances_m: tuple[float | None, ...]
@@ -178,7 +178,10 @@ class LiveFocus:
         )
 
     def add_pull(self, mark: str, start_frame: int, frames: int) -> "LiveFocus":
-        """Return the same with a pull to another mark; those that end later are left out."""
+        """Return the same with a pull to another mark, in `frames` frames from `start_frame` on.
+
+        Pulls that end after `start_frame` are left out.
+        """
         earlier_pursuits = [
             it
             for it in self.pursuits
@@ -207,7 +210,7 @@ class LiveFocus:
             assert pursuit.start_frame is not None
             progress = (np.array(self.frames) - pursuit.start_frame) / pursuit.frames
             shares = np.clip(progress, 0.0, 1.0)
-            shares = shares * shares * (3.0 - 2.0 * shares)
+            shares = shares * shares * (3.0 - 2.0 * shares)  # starts and ends gently
             next_track = tracks[pursuit.mark]
             track = [
                 float(a + share * (b - a))
@@ -243,7 +246,10 @@ def bridge_gaps(distances_m: Sequence[float | None]) -> list[float]:
 
 
 def _ignore_small_moves(track: list[float], slack: list[float]) -> list[float]:
-    """Return the track with moves ignored that are smaller than the slack at each frame."""
+    """Return the track without moves that are smaller than `slack` at their frame.
+
+    The value stays until the track is farther from it than the slack, and then moves just enough.
+    """
     value, steady_track = track[0], []
     for target, limit in zip(track, slack, strict=True):
         value = min(max(value, target - limit), target + limit)

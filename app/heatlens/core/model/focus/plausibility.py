@@ -30,7 +30,7 @@ _UNIT_NAMES = {
 _FAR_OFF = 1.5
 # Interiors, streets and tables have surfaces nearer than this; landscapes may have none.
 _NEAREST_USUAL_M = 30.0
-# Even endoscopes and phones are larger; a smaller value was meant in metres or inches.
+# Even endoscopes and phones are larger; a smaller value was meant in meters or inches.
 _LEAST_HARDWARE_MM = 1.0
 # From the sensor of a small phone to the widest plate of a view camera, 20 x 24 inches.
 _SENSOR_LEAST_MM, _SENSOR_MOST_MM = 2.0, 620.0
@@ -60,7 +60,7 @@ class DepthSpan:
 
     near_m, far_m   the nearest and the farthest surface
     has_sky         something is infinitely far as well
-    unit_m          metres assumed for one unit of the depth
+    unit_m          meters assumed for one unit of the depth
     """
 
     near_m: float
@@ -89,7 +89,7 @@ class DepthSpan:
         return f"{format_distance(self.near_m)} to {format_distance(self.far_m)}"
 
 
-# One cause at a time: a focal length in metres makes focus and sharpness doubtful as well, and
+# One cause at a time: a focal length in meters makes focus and sharpness doubtful as well, and
 # three sentences about one mistake hide it.
 def find_doubts(lens: Lens, span: DepthSpan) -> tuple[Doubt, ...]:
     """Return doubts about a lens in front of these depths, if any."""
@@ -100,7 +100,7 @@ def find_doubts(lens: Lens, span: DepthSpan) -> tuple[Doubt, ...]:
 
 
 def focus_unit_doubts(focus_m: Sequence[float], span: DepthSpan) -> tuple[Doubt, ...]:
-    """Return doubts if distances without a unit are probably not metres."""
+    """Return doubts if distances without a unit are probably not meters."""
     finite_m = sorted(value for value in focus_m if value < math.inf)
     if not finite_m or not span.has_surfaces:
         return ()
@@ -123,7 +123,7 @@ def focus_unit_doubts(focus_m: Sequence[float], span: DepthSpan) -> tuple[Doubt,
 
 
 def span_doubts(span: DepthSpan) -> tuple[Doubt, ...]:
-    """Return doubts about the depths alone, if no lens is known."""
+    """Return doubts about the depths alone: nothing is near, and another unit would explain it."""
     if not span.has_surfaces or span.near_m < _NEAREST_USUAL_M:
         return ()
     units = [unit for unit in ("cm", "mm") if _is_room_sized(span.in_unit(_SCENE_UNITS[unit]))]
@@ -172,7 +172,7 @@ def _hardware_doubts(lens: Lens) -> Iterator[Doubt]:
 
 
 def _too_small(quantity: str, option: str, value_mm: float) -> str:
-    """Return a sentence on a length under a millimetre or two, with the unit it may be in."""
+    """Return a sentence on a length under a millimeter or two, with the unit it may be in."""
     metres, inches = value_mm * 1e3, value_mm * _INCH_MM
     if value_mm >= 0.3:  # Maya's film aperture, in inches: 1.417 is 36 mm
         return (

@@ -79,7 +79,7 @@ class Aperture(OpeningFields):
 
     @property
     def half_extents(self) -> Pair:
-        """Half the width and height of the box around the opening, in radii."""
+        """Half the width and height of the box around the opening, in radii of the round lens."""
         return 1.0 / self.squeeze, 1.0
 
     @property
@@ -131,8 +131,8 @@ class Aperture(OpeningFields):
         """Return the points (n, 2) of the opening that belong to `square` (n, 2) in [0, 1)^2.
 
         Equal areas of the square become equal areas of the opening, so that even points stay even.
-        `radius` is that of the lens, in the unit that the points shall have. Neighbours stay
-        neighbours, as quasi-random points require: this is the concentric map of Shirley and Chiu
+        `radius` is that of the lens, in the unit that the points shall have. Neighbors stay
+        neighbors, as quasi-random points require: this is the concentric map of Shirley and Chiu
         1997. With an image equal areas become equal light. The caller's weights must account for
         barrel and rim.
         """
@@ -202,7 +202,7 @@ def _image_variance(image: OpeningImage, rim: float) -> float:
 
 
 def _concentric_disc(square: Array) -> Array:
-    """Map [0, 1)^2 to the unit disc so that areas are kept and neighbours stay near."""
+    """Map [0, 1)^2 to the unit disc so that areas are kept and neighbors stay near."""
     x, y = (2.0 * square - 1.0).T
     is_wide = np.abs(x) > np.abs(y)
     radius = np.where(is_wide, x, y)

@@ -24,7 +24,7 @@ def view_ratio(lens: Lens) -> float:
 
 
 def without_breathing(lens: Lens) -> Lens:
-    """Return the equivalent lens without breathing: focal length and f-stop differ.
+    """Return a lens with the same view and no breathing; its focal length and f-stop differ.
 
     The diameter of the opening stays the same, and so do the discs relative to the view.
     """

@@ -22,7 +22,7 @@ Pair = tuple[float, float]
 class PictureField:
     """The middle and the corners of a picture.
 
-    middle_px         of the picture, from the first pixel's corner, x to the right and y down
+    middle_px         middle of the picture, from the first pixel's corner, x right and y down
     half_diagonal_px  from there to a corner, in pixels across; infinite if the position in the
                       picture has no effect
     """
@@ -105,8 +105,9 @@ def field_variances(shift: float, radius: float) -> tuple[Pair, ...]:
 
 @lru_cache(maxsize=64)
 def _parts_past_barrel(aperture: Aperture) -> list[Pair]:
-    """Return pairs of light shares past the barrel, for discs in front of and behind the focus.
+    """Return the shares of light that pass the barrel, a pair for each shift of its circles.
 
+    A pair has the shares of discs in front of and behind the focus.
     See `ImageGrid.light_shares_past_barrel` for the order of the pairs.
     """
     grid = aperture.grid
@@ -126,7 +127,7 @@ def _shift_most(aperture: Aperture) -> float:
     return aperture.cat_eye / 2 * aperture.stopped_down
 
 
-# Points nearer to the centre than this, in pixels, have no direction to the rim.
+# Points nearer to the center of a disc than this, in pixels, have no direction to the rim.
 _CENTRE_PX = 1e-6
 
 Array = NDArray[np.float64]
@@ -136,7 +137,7 @@ Array = NDArray[np.float64]
 class DiscShape:
     """The image of an aperture in a picture: the disc that a point of light becomes.
 
-    Offsets are in pixels from the centre of the disc, x to the right and y down. A radius is half a
+    Offsets are in pixels from the center of the disc, x to the right and y down. A radius is half a
     signed circle of confusion: at radius r the point (u, v) of the aperture lights the offset
     (r u, -r v pixel_aspect_ratio), so that in front of the focus the image stands on its head.
 
@@ -172,7 +173,7 @@ class DiscShape:
 
     @property
     def wider_px(self) -> float:
-        """The largest difference in disc diameter between green and another colour."""
+        """The largest difference in disc diameter between green and another color."""
         return abs(self.axial_px)
 
     @property
@@ -232,8 +233,8 @@ class DiscShape:
 
         With a rim that is not flat, 1 is the mean over a round disc. The edge is a ramp of half
         width `ramp_px` all around. The distance to the edge is a first-order estimate: the implicit
-        function of the opening over the length of its gradient. `center_px` is the centre of the
-        disc in the picture; the axial colour is not counted.
+        function of the opening over the length of its gradient. `center_px` is the center of the
+        disc in the picture; the axial color is not counted.
         """
         if not self.is_plain:
             return self._shaped_coverage(x, y, radius_px, ramp_px, center_px)

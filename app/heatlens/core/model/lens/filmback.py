@@ -1,6 +1,6 @@
 """Film backs by name: the size that the sensor or the film gate gives the picture.
 
-Sizes are of the largest recorded area (open gate) in millimetres. Their sources:
+Sizes are of the largest recorded area (open gate) in millimeters. Their sources:
   film      camera apertures in the American Cinematographer Manual and SMPTE standards
   cameras   the makers' technical data sheets
   programs  the defaults of a new camera, so that default renders match without asking
@@ -15,7 +15,7 @@ from heatlens.core.base.errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class Filmback:
-    """Width and height of the sensor or film gate in millimetres, and the source of the size."""
+    """Width and height of the sensor or film gate in millimeters, and the source of the size."""
 
     name: str
     width_mm: float
@@ -89,7 +89,7 @@ def filmback_named(name: str) -> Filmback:
 
 
 def _near_names(name: str) -> list[str]:
-    """Return names that contain what was typed, then names spelt alike; at most five."""
+    """Return names that contain what was typed, then names spelled alike; at most five."""
     by_key = {_key(back.name): back.name for back in FILMBACKS}
     key = _key(name)
     containing_keys = [known_key for known_key in by_key if key and key in known_key]

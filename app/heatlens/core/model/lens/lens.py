@@ -103,7 +103,7 @@ class MeasuredFrom(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Lens(OpeningFields):
-    """A thin lens in front of a flat sensor: hardware in millimetres, distances in metres.
+    """A thin lens in front of a flat sensor: hardware in millimeters, distances in meters.
 
     The shape of its opening is in the fields of `OpeningFields`.
 
@@ -297,5 +297,5 @@ def step_f_stop(f_stop: float, steps: int) -> float:
 
 
 def nearest_index(f_stop: float) -> int:
-    """Return the index of the nearest stop of the ring, measured in stops."""
+    """Return the index in THIRD_STOPS of the stop nearest to an f-stop, measured in stops."""
     return min(range(len(THIRD_STOPS)), key=lambda i: abs(math.log2(THIRD_STOPS[i] / f_stop)))

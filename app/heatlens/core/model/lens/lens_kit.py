@@ -13,6 +13,7 @@ from heatlens.core.model.lens.lens import Lens, as_measured_m, from_pupil_m
 from heatlens.core.model.lens.opening_fields import OpeningFields
 from heatlens.core.model.option import Values
 
+# Limits of the values of a lens in a kit.
 _LENGTHS_MM = (1.0, 5000.0)
 _STOPS = (0.5, 64.0)
 _CLOSE_M = (0.01, 100.0)
@@ -129,7 +130,7 @@ class LensKit:
         )
 
     def mount(self, lens: Lens, kit_lens: KitLens) -> Lens:
-        """Return `lens` with a lens of the kit in its place, at the nearest length it has."""
+        """Return `lens` limited to what `kit_lens` can do, with the character of the kit."""
         return replace(_limit_to_kit_lens(lens, kit_lens), **self.character.opening)
 
     def limit_lens(self, lens: Lens) -> Lens:

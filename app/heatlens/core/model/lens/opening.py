@@ -13,8 +13,8 @@ Blades are arcs between corners on the unit circle. With the half angle h = pi /
 which is a straight line for c = 0 and the unit circle for c = 1. The gradient has length 1 there.
 
 The barrel of the lens ends in a circle at the front and another at the back. Seen from off the
-centre of the picture, they shift to opposite sides. The disc is the light that passes both: a cat's
-eye with the same centre as the full disc.
+center of the picture, they shift to opposite sides. The disc is the light that passes both: a cat's
+eye with the same center as the full disc.
 """
 
 import math
@@ -31,13 +31,18 @@ Pair = tuple[float, float]
 RIM_POWER = 2
 RIM_MOST = 0.98  # some light is left at every point, so that every pixel gets some
 FIELD_STEPS = 9  # steps from the middle of a picture to its corner for tabulated variances
-_TINY = 1e-12
+_TINY = 1e-12  # least distance from the middle, so that nothing is divided by 0
 _TABLE_ANGLES = 257  # angles of a blade in a table
 _ANGLES = 720  # angles of the quadrature; corners make its error second order
 
 
 class Blades(NamedTuple):
-    """The diaphragm: blades 0 for a round one; the first corner's angle in radians."""
+    """The blades of a diaphragm.
+
+    number     how many there are; 0 for a round diaphragm
+    turn       angle of the first corner, radians
+    curvature  0 for straight blades to 1 for arcs of the round opening
+    """
 
     number: int
     turn: float
@@ -45,9 +50,9 @@ class Blades(NamedTuple):
 
 
 class Barrel(NamedTuple):
-    """The circles of the barrel, seen from a place in the picture.
+    """The two circles of the barrel, seen from a position in the picture.
 
-    |p + shift| and |p - shift| are at most the radius for a point p that lets light through.
+    Light passes at a point p where |p + shift| and |p - shift| are at most `radius`.
     """
 
     shift: Pair
@@ -64,7 +69,7 @@ def past_blades(x: Array, y: Array, blades: Blades) -> tuple[Array, Array, Array
         return from_middle - 1.0, x / from_middle, y / from_middle
     half_angle = math.pi / blades.number
     sector = np.floor((np.arctan2(y, x) - blades.turn) / (2 * half_angle))
-    chord_angle = blades.turn + (2 * sector + 1) * half_angle
+    chord_angle = blades.turn + (2 * sector + 1) * half_angle  # towards the middle of the blade
     out_x, out_y = np.cos(chord_angle), np.sin(chord_angle)
     sine, straightness = math.sin(half_angle), _straightness(blades.curvature, half_angle)
     outward = x * out_x + y * out_y - math.cos(half_angle)
@@ -128,7 +133,10 @@ def map_to_blades(points: Array, blades: Blades) -> Array:
 
 @lru_cache(maxsize=16)
 def _areas_from_corner(blades: Blades) -> tuple[Array, Array]:
-    """Return angles from a corner to the next, and the area up to each as the angle of a disc."""
+    """Return angles from a corner to the next, and the area from the corner up to each.
+
+    An area is given as the angle of a disc's sector that has the same share of the area.
+    """
     sector = 2 * math.pi / blades.number
     angle = np.linspace(0.0, sector, _TABLE_ANGLES)
     square = rim_radius(angle + blades.turn, blades, None) ** 2
@@ -140,6 +148,7 @@ def light(blades: Blades, barrel: Barrel | None, rim: float) -> float:
     """Return the integral of `profile` over the opening, in square radii; pi for a round one."""
     angle, step = _angles()
     square = rim_radius(angle, blades, barrel) ** 2
+    # Twice the integral of the rim's brightness times the radius, from the middle to the edge.
     if rim < 0:
         rim_term = 1 - (1 - square) ** (RIM_POWER + 1)
     else:

@@ -27,7 +27,7 @@ IMAGE_SIDE = 256  # cells of the grid, each way
 BARREL_STEPS = 8
 _WHITE = 2**15 - 1  # value of the brightest cell: the sum of all cells stays below 2^31
 _ROTATION_SAMPLES = 3  # samples of a cell, each way, where the picture is turned
-_BELOW_ONE = 1.0 - 1e-6
+_BELOW_ONE = 1.0 - 1e-6  # largest number of a square that is looked up in the sums
 _BARREL_TABLE_CELLS = 8  # cells of the grid, each way, for one cell of the barrel's table
 
 Array = NDArray[np.float64]
@@ -256,7 +256,7 @@ def _invert_sums(sums: Array, target: Array) -> tuple[NDArray[np.int64], Array]:
     rows = np.arange(len(target)) % len(sums)
     target_sum, cell = target * sums[:, -1], np.zeros(len(target), np.int64)
     step = IMAGE_SIDE // 2
-    while step:
+    while step:  # bisection of all rows at once
         cell += step * (sums[rows, cell + step] <= target_sum)
         step //= 2
     low, high = sums[rows, cell], sums[rows, cell + 1]

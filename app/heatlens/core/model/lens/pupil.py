@@ -16,7 +16,7 @@ Pair = tuple[float, float]
 class Pupil:
     """An aperture with a physical size, through which a scene is viewed.
 
-    radius_m         radius of the round lens of the same f-stop in metres; 0 is a pinhole
+    radius_m         radius of the round lens of the same f-stop in meters; 0 is a pinhole
     axial_dioptres   1 / focus distance of blue minus that of green, and of green minus that of red
     """
 
@@ -26,7 +26,7 @@ class Pupil:
 
     @property
     def half_extents_m(self) -> Pair:
-        """Half the width and height of the opening in metres."""
+        """Half the width and height of the opening in meters."""
         half_width, half_height = self.aperture.half_extents
         return half_width * self.radius_m, half_height * self.radius_m
 
@@ -42,11 +42,11 @@ class Pupil:
         return {"SHAPED": not self.is_plain, "IMAGED": is_image}
 
     def points_m(self, square: Array) -> Array:
-        """Return points (n, 2) of the opening in metres; see `Aperture.points`."""
+        """Return points (n, 2) of the opening in meters; see `Aperture.points`."""
         return self.aperture.points(square, self.radius_m)
 
     def uniforms(self, size: tuple[int, int]) -> dict[str, object]:
-        """Return the uniforms of lib/aperture.lib.glsl, whose unit is the metre, for a picture."""
+        """Return the uniforms of lib/aperture.lib.glsl, whose unit is the meter, for a picture."""
         axes: dict[str, object] = {"aperture_axes": self.half_extents_m}
         if self.is_plain:
             return axes

@@ -39,7 +39,7 @@ class Mark(ABC):
 
     @abstractmethod
     def location_words(self, distance: Callable[[float], str]) -> str:
-        """Return words for where the mark is; `distance` formats metres in the user's unit."""
+        """Return words for where the mark is; `distance` formats meters in the user's unit."""
 
     @property
     @abstractmethod

@@ -16,7 +16,7 @@ from heatlens.core.model.marks.mark import Mark, check_pixel
 from heatlens.core.model.marks.track_mark import TrackMark
 from heatlens.core.model.units import parse_distance_m
 
-# (frame, x, y) -> metres at that pixel, counted from the display window's corner
+# (frame, x, y) -> meters at that pixel, counted from the display window's corner
 DepthAt = Callable[[int, float, float], float]
 
 _SMOOTH_FRAMES_MOST = 1001
@@ -92,7 +92,7 @@ class PointMark(Mark):
 
 @dataclass(frozen=True, slots=True)
 class ObjectMark(Mark):
-    """A named object of a 3D scene; its distance is that of its centre at each frame."""
+    """A named object of a 3D scene; its distance is that of its center at each frame."""
 
     object_name: str
 
@@ -169,7 +169,7 @@ class MatteMark(Mark):
 
 @dataclass(frozen=True, slots=True)
 class WorldMark(Mark):
-    """A point that stands in the world of plates whose headers tell their camera, in metres."""
+    """A point that stands in the world of plates whose headers tell their camera, in meters."""
 
     x_m: float
     y_m: float
@@ -233,7 +233,10 @@ def _parse_numbers(numbers_text: str, count: int, form: str, mark_text: str) -> 
 
 
 def kind_of_entries(names: Iterable[str]) -> type[Mark]:
-    """Return the kind of a mark in a shot file from the names of its entries; else a point."""
+    """Return the kind of a mark in a shot file, by the names of its entries.
+
+    Without an entry that only one kind has, it is a PointMark.
+    """
     entries = set(names)
     return next((kind for kind in reversed(KINDS) if kind.entry in entries), PointMark)
 
@@ -241,7 +244,7 @@ def kind_of_entries(names: Iterable[str]) -> type[Mark]:
 def distance_at_m(
     mark: DistanceMark | PointMark, frame: int, depth_at: DepthAt, frames: FrameRange | None = None
 ) -> float:
-    """Return the distance of a mark at a frame, in metres.
+    """Return the distance of a mark at a frame, in meters.
 
     `depth_at` is called only for frames in `frames`. Towards the ends of `frames`, equally many
     frames are averaged before and after, so that an object that approaches evenly is not measured

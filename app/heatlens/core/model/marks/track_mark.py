@@ -25,7 +25,7 @@ class Click:
 class TrackPlace:
     """Where a tracked surface is at a frame.
 
-    distance_m  metres; None where it is hidden or out of the picture
+    distance_m  meters; None where it is hidden or out of the picture
     likeness    how much it looks as it did where it was clicked, 0 to 1
     """
 

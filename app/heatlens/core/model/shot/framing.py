@@ -1,6 +1,6 @@
-"""How a scene is viewed: the place of the camera at each frame, and the size of the picture.
+"""How a scene is viewed: the pose of the camera at each frame, and the size of the picture.
 
-The world is right-handed with y up, in metres; the camera has x to the right, y up, and looks
+The world is right-handed with y up, in meters; the camera has x to the right, y up, and looks
 along -z, as in glTF and USD.
 """
 
@@ -58,7 +58,7 @@ class Pose:
 
     @property
     def turn(self) -> Array:
-        """(3, 3): its columns are the camera's axes in the world."""
+        """The rotation matrix (3, 3) whose columns are the camera's axes in the world."""
         w, x, y, z = self.orientation
         return np.array(
             [
@@ -70,14 +70,14 @@ class Pose:
 
     @property
     def camera_to_world(self) -> Array:
-        """(4, 4), for columns."""
+        """The matrix (4, 4) from camera to world, for points as columns."""
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = self.turn, self.position_m
         return matrix
 
     @property
     def world_to_camera(self) -> Array:
-        """(4, 4), for columns."""
+        """The matrix (4, 4) from world to camera, for points as columns."""
         matrix = np.eye(4)
         matrix[:3, :3] = self.turn.T
         matrix[:3, 3] = -self.turn.T @ np.array(self.position_m)
@@ -113,10 +113,12 @@ def _vector(values: ArrayLike) -> Vector:
 
 
 def _quaternion(turn: Array) -> Quaternion:
-    """Return the quaternion of a rotation by Shepperd's method.
+    """Return the quaternion w, x, y, z of a rotation matrix (3, 3), by Shepperd's method.
 
     It takes the largest component first, so that nothing divides by a small number.
     """
+    # Four times the squares of w, x, y and z. Row k below is the quaternion, times four times its
+    # component k.
     trace = np.trace(turn)
     squares = np.array([trace, *(2 * turn[i, i] - trace for i in range(3))]) + 1.0
     k = int(np.argmax(squares))
@@ -169,7 +171,7 @@ class CameraTrack:
         """Return the pose on a cubic through the keys without jumps of speed.
 
         Source: Catmull and Rom 1974, with uneven spacing. Orientations are interpolated by
-        component and normalised, as is usual for rotations of less than a right angle between keys.
+        component and normalized, as is usual for rotations of less than a right angle between keys.
         """
         keys = self.keys
         next_index = bisect_right([key.frame for key in keys], frame)
@@ -231,7 +233,11 @@ def _merge_keys(existing_keys: Iterable[PoseKey], added_keys: Sequence[PoseKey])
 
 
 def _align_signs(keys: Sequence[PoseKey]) -> Array:
-    """Return (K, 7): positions and quaternions, each with the sign nearer to the one before."""
+    """Return the positions and quaternions of K keys (K, 7).
+
+    A quaternion and its negative are the same rotation. Each has the sign with which it is nearer
+    to the one before, so that interpolation takes the short way.
+    """
     rows = np.array([(*key.pose.position_m, *key.pose.orientation) for key in keys])
     for i in range(1, len(rows)):
         if rows[i, 3:] @ rows[i - 1, 3:] < 0:
@@ -255,7 +261,7 @@ def _hermite(frames: list[float], values: Array, next_index: int, frame: float) 
 
 
 def _slope(frames: list[float], values: Array, i: int) -> Array:
-    """Return the slope between the neighbours of key `i`; 0 at the ends, where the camera rests."""
+    """Return the slope between the neighbors of key `i`; 0 at the ends, where the camera rests."""
     if i in (0, len(frames) - 1):
         return np.zeros_like(values[i])
     return np.asarray((values[i + 1] - values[i - 1]) / (frames[i + 1] - frames[i - 1]))
@@ -300,7 +306,7 @@ class Framing:
     track                a camera of the shot's own, which takes precedence over that
     timing               how the seconds of the scene become frames; None for the default
     up_axis              up axis, for files that do not define it
-    meters_per_unit      metres in one unit of such a file
+    meters_per_unit      meters in one unit of such a file
 
     With neither camera nor track, the scene's first camera is used; a scene without cameras is
     shown whole. Raises InputError for an impossible size or unit.

@@ -10,7 +10,7 @@ from heatlens.core.base.errors import InputError
 
 Channels = tuple[float, float, float]  # red, green, blue
 _FORM = "SLOPE OFFSET POWER SATURATION, such as '1.1,1,0.9 0,0,0.01 1,1,1 0.8'"
-_MOST = 1e6
+_MOST = 1e6  # largest absolute value of a number
 
 
 @dataclass(frozen=True, slots=True)

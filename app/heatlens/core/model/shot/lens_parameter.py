@@ -29,7 +29,7 @@ _FINE_STEPS = tuple(x / 10 for x in range(-200, 201))
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParameterFacts:
-    """How a parameter is drawn, labelled and typed.
+    """How a parameter is drawn, labeled and typed.
 
     scales        those on which its keys can lie; its curve is drawn on the first
     labels        lists of values to label beside its curve, from few to many

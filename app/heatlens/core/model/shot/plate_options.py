@@ -19,7 +19,7 @@ from heatlens.core.model.depth_words import (
 from heatlens.core.model.option import check_range, option_field, options_of
 from heatlens.core.model.units import parse_scene_unit_m
 
-SPIKE_FROM = 2.0  # ratio to the brightest neighbour from which a pixel is a spike
+SPIKE_FROM = 2.0  # ratio to the brightest neighbor from which a pixel is a spike
 SPIKE_WHOLE = 4.0  # ratio from which it is removed entirely
 LIFT_STOPS_MOST = 10.0
 
@@ -49,7 +49,7 @@ class PictureCurve(StrEnum):
 
 
 def _convention_help() -> str:
-    """Return each convention with its meaning, and whether it needs --near and --far."""
+    """Return a help text: each convention with its meaning, and if it needs --near and --far."""
     texts = []
     for convention in DepthConvention:
         ends_note = ", with --near and --far" if convention.facts.needs_ends else ""
@@ -63,9 +63,9 @@ class PlateOptions:
 
     depth_channel    None: found by its name
     color_layer      None: found by its name; "" is the layer without a name
-    scene_unit_m     metres in one unit of the depth channel
-    near_m           metres at the near end of a normalised depth or a disparity
-    far_m            metres at its far end
+    scene_unit_m     meters in one unit of the depth channel
+    near_m           meters at the near end of a normalized depth or a disparity
+    far_m            meters at its far end
     focal_length_mm  only radial depth needs it; None: from the header
     sensor_width_mm  likewise
     depth_source     file or pattern that holds the depth; None: the picture does

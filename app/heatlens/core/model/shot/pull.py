@@ -16,7 +16,7 @@ from heatlens.core.model.shot.shot import Shot, live_sharp_dioptres
 
 _SNAP_AFTER = 0.7  # share of the frames for which a late snap waits
 _OVERSHOOT, _OVERSHOOT_END = 0.08, 0.75  # shares of the way in dioptres, and of the frames
-_LEAST_DIOPTRES = 1e-4
+_LEAST_DIOPTRES = 1e-4  # an overshoot that goes below this goes to infinity
 EASE_PERCENT = 100 / 3  # the influence in a smooth curve
 _KEY_ERROR_SHARE = 0.125  # largest error of the keys, as a share of the sharp range
 _UNNAMED_MARK = "it"
@@ -50,7 +50,7 @@ def pull(
         ).with_key(replace(last, value=to_distance_m, ease_in=ease)),
     )
     for frame in (start_frame, end_frame):
-        pulled_shot.lens_at(frame)
+        pulled_shot.lens_at(frame)  # raises LensError
     return pulled_shot
 
 
@@ -81,11 +81,13 @@ def shaped_pull(
     if shape is PullShape.LINEAR:
         return pull(shot, origin, target, start_frame, frames, 0.0)
     if shape is PullShape.SNAP:
+        # The first pull sets the keys at both ends; the second lets the focus wait at its start.
         wait_frames = float(round(_SNAP_AFTER * frames))
         pulled_shot = pull(shot, origin, target, start_frame, frames, ease_percent)
         moving = start_frame + wait_frames, frames - wait_frames
         return pull(pulled_shot, origin, target, *moving, ease_percent)
     if shape is PullShape.OVERSHOOT and frames > 1:
+        # Three pulls: the keys at both ends, then past the target, then back to it.
         dioptres = 1.0 / target + _OVERSHOOT * (1.0 / target - 1.0 / origin)
         overshoot_m = 1.0 / dioptres if dioptres > _LEAST_DIOPTRES else inf
         overshoot_frames = float(max(round(_OVERSHOOT_END * frames), 1))
@@ -109,6 +111,7 @@ def reverse_focus(shot: Shot, frames: FrameRange) -> Shot:
     if len(keys_inside) < 2:
         raise InputError("A pull needs two keys of the focus before it can be reversed.")
     first, last = keys_inside[0].frame, keys_inside[-1].frame
+    # The segment after a mirrored key is the one before the old key, which the previous key shaped.
     mirrored_keys = [
         replace(
             key,
@@ -140,10 +143,10 @@ def apply_recorded_focus(
 ) -> Shot:
     """Return the shot with a recorded focus as few keys, which replace those in its range.
 
-    `samples` are (frame, focus distance in metres) in the order of the frames, at least one. The
+    `samples` are (frame, focus distance in meters) in the order of the frames, at least one. The
     focus is off by no more than the tolerance at each of them. A pull that was performed `by_hand`
     has its keys where the hand moves, and its ends ease. Raises LensError if no lens can be
-    focused, InputError for infinity on a scale of metres.
+    focused, InputError for infinity on a scale of meters.
     """
     curve, (first, last) = shot.curves.focus_distance_m, (samples[0][0], samples[-1][0])
     moving_samples = trim_still_ends(samples, tolerance_dioptres) if by_hand else samples
@@ -156,7 +159,7 @@ def apply_recorded_focus(
         LensParameter.FOCUS_DISTANCE, other_keys_curve.paste_keys(keys, 0)
     )
     for frame, _ in samples:
-        recorded_shot.lens_at(frame)
+        recorded_shot.lens_at(frame)  # raises LensError
     return recorded_shot
 
 
@@ -196,7 +199,7 @@ def apply_recorded_parameter(
     held_keys = _hold_ends(list(keys), first, last, other_keys_curve)
     recorded_shot = shot.with_curve(parameter, other_keys_curve.paste_keys(held_keys, 0))
     for frame, _ in samples:
-        recorded_shot.lens_at(frame)
+        recorded_shot.lens_at(frame)  # raises LensError
     return recorded_shot
 
 
@@ -240,7 +243,7 @@ def bake_live_focus(shot: Shot) -> Shot:
 
 
 def _bake(shot: Shot, live: LiveFocus) -> Shot:
-    """Return the shot with keys of the measured focus of `live`."""
+    """Return the shot with few keys that follow the measured focus of `live`."""
     half_sharp_dioptres = live_sharp_dioptres(shot, live.frames)
     track = live.dioptres(half_sharp_dioptres, shot.frames_per_second)
     samples = [

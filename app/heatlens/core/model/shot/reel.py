@@ -42,7 +42,10 @@ class Retime:
             raise InputError("The count and the step of a retime are at least 1.")
 
     def source_frames(self, first_frame: int) -> tuple[int, ...]:
-        """Return the frame of the source for each frame of the cut; `first` is one that exists."""
+        """Return the frame of the source for each frame of the cut.
+
+        `first_frame` is a frame of the source that exists; others exist every `step` frames.
+        """
         times = (self.start + index * self.speed for index in range(self.count))
         frames = (math.floor(time + _ROUNDING) for time in times)
         return tuple(

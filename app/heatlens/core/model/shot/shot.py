@@ -29,7 +29,7 @@ from heatlens.core.model.timecode import Timecode, parse_timecode
 
 @dataclass(frozen=True, slots=True)
 class LensCurves:
-    """The keys of each parameter. Only the focus has a choice of scale: dioptres or metres.
+    """The keys of each parameter. Only the focus has a choice of scale: dioptres or meters.
 
     A focus that follows marks, `live`, takes the place of its keys once it has been measured.
     """
@@ -61,7 +61,7 @@ class Shot:
     lens               the values of the parameters that have no keys, and all else about the lens
     source             pattern of the plate's files or name of a scene, None where there is neither
     framing            the view of a scene; plates do not use it
-    plate_options      how they are read
+    plate_options      how plates are read
     curves             keys; they override the values in `lens`
     marks              focus marks, in the order they were set
     frames             those of the plate, None where they are not known
@@ -206,7 +206,7 @@ class Shot:
     def with_focus_scale(self, scale: Scale) -> "Shot":
         """Return the shot with the focus on another scale; its speed at each key stays.
 
-        Raises InputError for metres if a key is at infinity.
+        Raises InputError for meters if a key is at infinity.
         """
         return self.with_curve(
             LensParameter.FOCUS_DISTANCE, self.curves.focus_distance_m.convert_scale(scale)
@@ -247,7 +247,7 @@ class Shot:
         if value is None:
             value = getattr(self.lens_at(frame), parameter)
         keyed_shot = self.with_curve(parameter, self.curves.of(parameter).with_value(frame, value))
-        keyed_shot.lens_at(frame)
+        keyed_shot.lens_at(frame)  # raises LensError
         return keyed_shot
 
     def without_key(self, frame: float, parameter: LensParameter) -> "Shot":

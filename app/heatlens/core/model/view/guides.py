@@ -1,7 +1,7 @@
-"""Guides over the picture: mattes of other aspects, safe areas, thirds, the centre, desqueeze.
+"""Guides over the picture: mattes of other aspects, safe areas, thirds, the center, desqueeze.
 
 `guide_shapes` is the only description of them: the window draws it with ImGui, exports draw it into
-their pixels. Focus peaking colours what is in focus, as camera monitors do.
+their pixels. Focus peaking colors what is in focus, as camera monitors do.
 """
 
 from collections.abc import Iterable
@@ -24,9 +24,9 @@ _CROSS = 0.05  # length of an arm of the cross, as a part of the height
 
 Rect = tuple[float, float, float, float]  # x0, y0, x1, y1
 Part = tuple[float, float, float, float]  # x0, y0, x1, y1 as parts of the canvas
-_SAME_SHAPE = 0.005
+_SAME_SHAPE = 0.005  # relative difference of two aspects up to which they count as the same
 Rgb = tuple[float, float, float]
-# Display values by name; the first is a colour that is rare in scenes.
+# Display values by name; the first is a color that is rare in scenes.
 PEAKING_COLORS: dict[str, Rgb] = {
     "magenta": (1.0, 0.2, 0.75),
     "red": (1.0, 0.15, 0.1),
@@ -240,7 +240,7 @@ def _cross(rect: Rect) -> list[Rect]:
 
 
 def inner_rect(picture: Rect, aspect: float | None) -> Rect:
-    """Return the largest centred rectangle of an aspect; the whole picture for None.
+    """Return the largest centered rectangle of an aspect; the whole picture for None.
 
     Units are those of the screen, in which a pixel is as wide as it is high.
     """
@@ -253,7 +253,7 @@ def inner_rect(picture: Rect, aspect: float | None) -> Rect:
 
 
 def scaled_rect(rect: Rect, scale_x: float, scale_y: float) -> Rect:
-    """Return the rectangle scaled about its centre."""
+    """Return the rectangle scaled about its center."""
     x0, y0, x1, y1 = rect
     middle = ((x0 + x1) / 2, (y0 + y1) / 2)
     half = ((x1 - x0) / 2 * scale_x, (y1 - y0) / 2 * scale_y)
@@ -261,7 +261,7 @@ def scaled_rect(rect: Rect, scale_x: float, scale_y: float) -> Rect:
 
 
 class PeakingOn(StrEnum):
-    """Where focus peaking draws its colour."""
+    """Where focus peaking draws its color."""
 
     PICTURE = "edges of the picture"  # seen through the lens, and the silhouettes
     DEPTH = "all at the distance"  # with or without edges
@@ -272,11 +272,11 @@ class Peaking:
     """How peaking is drawn.
 
     on     edges alone, or everything in focus
-    stops  contrast of an edge that is coloured, in stops of its light
+    stops  contrast of an edge that is colored, in stops of its light
     blur   how large a blur still counts as in focus, in acceptable circles of confusion
-    color  name of the colour
+    color  name of the color
 
-    Raises InputError for numbers out of range and for unknown colours.
+    Raises InputError for numbers out of range and for unknown colors.
     """
 
     on: PeakingOn = PeakingOn.PICTURE
@@ -285,7 +285,7 @@ class Peaking:
     color: str = next(iter(PEAKING_COLORS))
 
     def __post_init__(self) -> None:
-        """Check the numbers and the name of the colour."""
+        """Check the numbers and the name of the color."""
         check_range("stops", self.stops, *STOPS_RANGE)
         check_range("blur", self.blur, *BLUR_RANGE)
         if self.color not in PEAKING_COLORS:
@@ -294,7 +294,7 @@ class Peaking:
 
     @property
     def rgb(self) -> Rgb:
-        """Its colour as display values."""
+        """Its color as display values."""
         return PEAKING_COLORS[self.color]
 
 

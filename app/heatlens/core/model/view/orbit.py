@@ -1,6 +1,6 @@
 """Orbit, pan and dolly of a camera, as in every 3D program.
 
-All keep the world's y upright and take a pivot, the point the camera looks at, in metres.
+All keep the world's y upright and take a pivot, the point the camera looks at, in meters.
 """
 
 import math

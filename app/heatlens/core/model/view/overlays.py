@@ -16,7 +16,7 @@ from heatlens.core.model.view.guides import Peaking, PeakingOn, Rgb
 
 @dataclass(frozen=True)
 class Entry:
-    """A colour of a legend and its meaning."""
+    """A color of a legend and its meaning."""
 
     color: Rgb
     words: str
@@ -55,9 +55,9 @@ class Overlay:
     words     the name of its command, which menus, keys, palette and pages show
     label     the words on its button in the Display panel
     key       the shortcut of its command; "" for none
-    function  the function of `overlay.comp.glsl` that colours a pixel
-    colors    its colours, display RGB, by the names that the shader knows them by
-    legend    returns the words beside each colour, in the same order; "" leaves a colour out
+    function  the function of `overlay.comp.glsl` that colors a pixel
+    colors    its colors, display RGB, by the names that the shader knows them by
+    legend    returns the words beside each color, in the same order; "" leaves a color out
     """
 
     name: str
@@ -69,7 +69,7 @@ class Overlay:
     legend: Callable[[LegendFacts], Iterable[str]]
 
     def tints(self) -> Iterator[Rgb]:
-        """Yield its colours one by one, as the legend shows them."""
+        """Yield its colors one by one, as the legend shows them."""
         for color in self.colors.values():
             yield from color if isinstance(color, list) else [color]
 

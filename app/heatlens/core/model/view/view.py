@@ -69,13 +69,13 @@ class ViewState:
     wipe             position of the handle, from 0 at the left of the picture to 1 at the right
     exposure_stops   brighter by 2^stops before the view transform
     gamma            display values to the power of 1/gamma, after it
-    display, view    names in the colour config; "" its defaults
-    input_space      name of the colour space of the pictures; "" for that of their header
+    display, view    names in the color config; "" its defaults
+    input_space      name of the color space of the pictures; "" for that of their header
     unit             distances in "m" or "ft"
     pixel_grid       lines between pixels where they are large
     pixel_values     the light of each pixel written into it where they are larger still
-    is_peaking       colour what is in focus, over any overlay
-    peaking          how what is in focus is coloured
+    is_peaking       color what is in focus, over any overlay
+    peaking          how what is in focus is colored
     guides           lines and mattes over the picture
     is_graded        the grade of the shot is applied before the view transform
     loupe            show the pinhole picture under the pointer, larger, and what a click would pick
@@ -121,7 +121,7 @@ class ViewState:
 
     @property
     def has_overlay(self) -> bool:
-        """Return True if colours are laid over the picture: an overlay, peaking or both."""
+        """Return True if colors are laid over the picture: an overlay, peaking or both."""
         return self.overlay != NO_OVERLAY.name or self.is_peaking
 
     def with_transmission(self, lens: Lens) -> "ViewState":
@@ -134,8 +134,8 @@ class ViewState:
         return replace(self, exposure_stops=min(max(exposure, -STOPS_MOST), STOPS_MOST))
 
 
-PLAIN_VIEW = "sRGB curve"
-NO_GRADE = "none"
+PLAIN_VIEW = "sRGB curve"  # the name of the view without OpenColorIO
+NO_GRADE = "none"  # the name of a grade that stands for no grade at all
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class DisplayOptions:
 
     ocio            path or name of the config; None: $OCIO, else a built-in one
     display, view   names in the config; None: its defaults
-    input_space     name of the colour space of the light; None: from the plate's header
+    input_space     name of the color space of the light; None: from the plate's header
     gamma           display values are raised to 1/gamma, after the view
     exposure_stops  brighter by 2^stops, before the view
     cdl             name of a grade, see `color.grade_file`; "none"; None: that of the shot

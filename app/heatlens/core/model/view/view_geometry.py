@@ -1,7 +1,7 @@
 """Window coordinates and picture coordinates, and zooming and panning between them.
 
 window     where ImGui and the pointer are: units of the window, y down
-picture    pixels of the display window counted from its corner, y down; a pixel's centre is at .5
+picture    pixels of the display window counted from its corner, y down; a pixel's center is at .5
 screen     physical pixels: `framebuffer_scale` of them are one window unit
 """
 
@@ -141,7 +141,7 @@ def pan_view(view: ViewState, viewport: Viewport, shape: PictureShape, offset: P
 
     A picture that fits the viewport keeps its size.
 
-    The centre of the viewport stays over the picture, or moves no farther from it if zooming at the
+    The center of the viewport stays over the picture, or moves no farther from it if zooming at the
     pointer has left it outside.
     """
     shape = desqueezed_shape(view, shape)
@@ -156,6 +156,6 @@ def pan_view(view: ViewState, viewport: Viewport, shape: PictureShape, offset: P
 
 
 def _pan_axis(center_px: float, by_px: float, size_px: int) -> float:
-    """Return the centre moved by `by_px` along one axis, within the picture of `size_px`."""
+    """Return the center moved by `by_px` along one axis, within the picture of `size_px`."""
     least, most = min(center_px, 0.0), max(center_px, float(size_px))
     return min(max(center_px - by_px, least), most)

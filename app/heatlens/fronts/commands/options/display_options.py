@@ -41,7 +41,7 @@ def given_display_options(args: argparse.Namespace) -> DisplayOptions:
 
 
 def color_header(path: Path | None, options: PlateOptions) -> Header:
-    """Return the header of a plate's colours; it is empty if there is no plate.
+    """Return the header of a plate's colors; it is empty if there is no plate.
 
     It is also empty if the plate cannot be read, which is reported when the plate is needed.
     """

@@ -89,7 +89,7 @@ def parse_axis(text: str) -> WorldAxis:
 
 
 def parse_unit(text: str) -> float:
-    """Parse a unit to metres; argparse turns the error into its own sentence."""
+    """Parse a unit to meters; argparse turns the error into its own sentence."""
     try:
         return parse_scene_unit_m(text)
     except InputError as error:

@@ -58,7 +58,7 @@ def read_given_camera(args: argparse.Namespace) -> CameraSamples | None:
 
 
 def _table_unit_m(text: str | None) -> float | None:
-    """Return the metres in the unit that --table-unit gives the focus; None without it."""
+    """Return the meters in the unit that --table-unit gives the focus; None without it."""
     if text is None:
         return None
     name, separator, unit = text.partition("=")

@@ -68,7 +68,7 @@ def parse_f_number(text: str) -> float:
 def parse_millimeters(text: str) -> float:
     """Parse a length on the lens or sensor: 50, 50mm, 5cm, 2in.
 
-    Without a unit it is millimetres.
+    Without a unit it is millimeters.
     """
     match = re.fullmatch(r"(?i)\s*(.*?)\s*(mm|cm|m|in|\")?\s*", text)
     assert match is not None  # everything is matched

@@ -78,6 +78,7 @@ def progress_of(kind: str, plan: ExportPlan) -> AbstractContextManager[ReportFra
 
 @contextmanager
 def _report_to_terminal(plan: ExportPlan, tally: Tally) -> Iterator[ReportFrame]:
+    """Show the progress on one line; at the end, print what was written and the output."""
     with progress_line() as show:
 
         def report(done: FrameDone) -> None:

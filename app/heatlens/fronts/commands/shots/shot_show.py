@@ -178,7 +178,7 @@ def _lens_row(frame: int | None, lens: Lens, unit: str) -> Row:
 
 
 def _distance_text(distance_m: float, unit: str) -> str:
-    """Format a distance for a column: to the millimetre, with aligned points."""
+    """Format a distance for a column: to the millimeter, with aligned points."""
     if unit == "m" and math.isfinite(distance_m):
         return f"{distance_m:.3f} m"
     return format_distance(distance_m, unit)

@@ -150,7 +150,7 @@ def _plate_reader_of(
 def _read_plate_with_neighbours(
     path: Path, options: PlateOptions, behind_out: Path | None
 ) -> Plate:
-    """Read a plate; with --neighbours, add the hidden surfaces that neighbouring frames show.
+    """Read a plate; with --neighbours, add the hidden surfaces that neighboring frames show.
 
     The hidden surfaces are also written to `behind_out`, if it is given. Raises InputError if a
     file cannot be read or written.
@@ -248,7 +248,7 @@ def _value_source_text(source: str) -> str:
 
 
 def _primaries_lines(primaries: Facts | None) -> list[Line]:
-    """Return the primaries of the colours, and the attribute that states them."""
+    """Return the primaries of the colors, and the attribute that states them."""
     if primaries is None:
         return [("primaries", "linear Rec.709 (the header names no other)")]
     if primaries["space"] is None:
@@ -262,7 +262,7 @@ def _primaries_lines(primaries: Facts | None) -> list[Line]:
 
 
 def _color_lines(color: Facts) -> list[Line]:
-    """Return layer and range of the colour, or why there is none."""
+    """Return layer and range of the color, or why there is none."""
     lines = []
     if "layer" in color:
         alpha = "with alpha" if color["has_alpha"] else "no alpha"

@@ -83,7 +83,7 @@ class SceneCommands(SourceCommands):
 def scene_facts(first: FirstShot) -> Facts:
     """Return cameras, frames, objects and the size of the scene at the first frame.
 
-    Lengths are metres or millimetres as their names say; x is to the right, y up. `frames` is None
+    Lengths are meters or millimeters as their names say; x is to the right, y up. `frames` is None
     for a still scene.
     """
     scene, frames = first.scene, first.shot.frames

@@ -56,7 +56,10 @@ def align_camera_to_plate(
 def _timecode_of_plate(
     args: argparse.Namespace, sequence: Sequence | None
 ) -> tuple[int, Timecode] | None:
-    """Return a frame and its timecode: of the option, else of the header of the first file."""
+    """Return a frame and its timecode, from --start-timecode or else from the first file's header.
+
+    Return None if neither gives one, also if the option is given but no frame is known.
+    """
     frames = _shot_frames(args, sequence, None)
     if args.start_timecode is not None:
         return None if frames is None else (frames.first, parse_timecode(args.start_timecode))

@@ -130,7 +130,7 @@ def measure_coc_sweep(
     runs: int,
     report_progress: ReportProgress,
 ) -> tuple[CocRow, ...]:
-    """Measure the time of a frame against the amount of blur."""
+    """Return the time of a frame at each amount of blur."""
     measured = []
     for coc in SWEEP_COC_PX:
         report_progress(coc_message(coc))

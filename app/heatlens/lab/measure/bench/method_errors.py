@@ -42,7 +42,7 @@ _ASPECT = 9 / 16  # the boards are placed in a frame of this shape, and shares o
 _BLACK = (0.0, 0.0, 0.0)
 _NIGHT = Daylight(sun=_BLACK, zenith=_BLACK, horizon=_BLACK, ground=_BLACK)
 
-# Left, right (of the width), top, bottom (of the height), metres away, colour.
+# Left, right (of the width), top, bottom (of the height), meters away, color.
 _BOARDS = (
     (-1.0, 2.0, -2.0, 3.0, 40.0, (0.35, 0.50, 0.80)),  # the sky
     (0.08, 0.34, 0.22, 0.60, 20.0, (0.60, 0.45, 0.35)),  # a house
@@ -66,8 +66,7 @@ _EYE_M = 0.5
 class ErrorCell:
     """One method at one amount of blur: milliseconds of a frame, and its error to the truth.
 
-    The scores are those of `measure.compare.metrics.Scores`: FLIP 0 and SSIM 1 if equal, PSNR in
-    dB.
+    The scores are those of `lab.measure.metrics.Scores`: FLIP 0 and SSIM 1 if equal, PSNR in dB.
     """
 
     ms: float

@@ -87,7 +87,7 @@ def _uniform_frame(
 
 
 def uniform_coc_scene(size: tuple[int, int], diameter_px: float) -> Scene:
-    """Return a wall across the view that emits the colours of `uniform_coc_plate`, up to white.
+    """Return a wall across the view that emits the colors of `uniform_coc_plate`, up to white.
 
     The wall is in front of the focus, where |coc| is `diameter_px`; behind the focus |coc| cannot
     exceed its value at infinity. The picture repeats beyond its border: the wall is all that any
@@ -108,7 +108,7 @@ def wall_framing(size: tuple[int, int]) -> Framing:
 
 
 def wall_m(width_px: int, diameter_px: float, lens: Lens) -> float:
-    """Return the distance in metres at which the coc is -`diameter_px`."""
+    """Return the distance in meters at which the coc is -`diameter_px`."""
     line = coc_line(lens, width_px)
     return line.per_dioptre_px / (-diameter_px - line.at_infinity_px)
 

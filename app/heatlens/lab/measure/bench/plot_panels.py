@@ -45,7 +45,7 @@ def time_panel(axes: "Axes", report: MethodReport) -> None:
 def error_panel(axes: "Axes", report: ErrorReport) -> None:
     """Draw FLIP to the truth against the circle of confusion in pixels.
 
-    Errors inside the grey area are smaller than the noise of the truth itself.
+    Errors inside the gray area are smaller than the noise of the truth itself.
     """
     lines = _lines_of_methods([(row.coc_px, _flips(row)) for row in report.rows])
     cocs_px = [row.coc_px for row in report.rows]

@@ -126,6 +126,7 @@ def _step_message(kind: Input, name: str, frame: int) -> str:
 
 
 def _title(name: str) -> str:
+    """Return the heading of a method: its name, and its number of views if the name has one."""
     method, _, views = name.partition(" ")
     return f"{method}, {views} views" if views else method
 
@@ -188,7 +189,7 @@ def _blur_plate(
 
 
 def _reduce(pixels: FloatImage, factor: int) -> FloatImage:
-    """Return the means of squares of `factor` pixels a side."""
+    """Return the picture reduced by `factor`: the means of squares of `factor` pixels a side."""
     height, width, count = pixels.shape
     squares = pixels.reshape(height // factor, factor, width // factor, factor, count)
     means: FloatImage = squares.mean(axis=(1, 3))

@@ -146,6 +146,7 @@ def _frame_head(frame: FrameReport) -> str:
 
 
 def _pass_table(frame: FrameReport) -> str:
+    """Return the passes of a frame as a table: time, runs, bytes moved and their rate."""
     lines = ["pass                 ms   runs    MB moved    MB least      GB/s   of copy"]
     for row in frame.passes:
         mark = "+" if row.at_least else "-" if row.at_most else " "

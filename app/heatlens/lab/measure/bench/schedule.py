@@ -73,12 +73,14 @@ def plan_steps(requested: RequestedBench, seconds_per_px: float) -> tuple[Step, 
 
 
 def _method_steps(requested: RequestedBench, frame_s: float) -> list[Step]:
+    """Plan each method at each amount of blur."""
     return [
         step for coc in METHOD_COC_PX for step in _cell_steps(requested, coc_text(coc), frame_s)
     ]
 
 
 def _error_steps(requested: RequestedBench, frame_s: float) -> list[Step]:
+    """Plan the truth and each method at each amount of blur; no steps if no truth is requested."""
     if requested.truth_views == 0:
         return []
     steps = []

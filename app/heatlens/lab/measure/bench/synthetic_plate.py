@@ -20,7 +20,7 @@ _HORIZON = 1 / 3  # share of the height, from the top
 _CAMERA_HEIGHT_M = 0.5
 _LAMP_LIGHT = (60.0, 40.0, 15.0)  # scene-linear, hundreds of times the ground
 
-# Upright objects: left, right (of the width), top, bottom (of the height), metres away, colour.
+# Upright objects: left, right (of the width), top, bottom (of the height), meters away, color.
 _POSTS = (
     (0.10, 0.30, 0.20, 0.55, 30.0, (0.45, 0.35, 0.30)),  # a house
     (0.70, 0.78, 0.15, 0.60, 12.0, (0.10, 0.22, 0.08)),  # a tree
@@ -53,14 +53,14 @@ def lens_with_largest_coc(largest_coc_px: float, size: tuple[int, int]) -> Lens:
 
 
 def uniform_coc_plate(size: tuple[int, int], diameter_px: float) -> Plate:
-    """Return a plate with the same colours and a coc of `diameter_px` behind focus everywhere."""
+    """Return a plate with the same colors and a coc of `diameter_px` behind focus everywhere."""
     width, height = size
     coc = np.full((height, width), diameter_px, np.float32)
     return _plate(_scene(size)[0], coc=coc)
 
 
 def _scene(size: tuple[int, int]) -> tuple[FloatImage, FloatImage]:
-    """Return colour (H, W, 3) and depth in metres (H, W)."""
+    """Return color (H, W, 3) and depth in meters (H, W)."""
     color, depth_m = _ground_and_sky(size)
     texture = _texture(size)
     width, height = size
@@ -79,7 +79,7 @@ def _pixels(start: float, stop: float, count: int) -> slice:
 
 
 def _ground_and_sky(size: tuple[int, int]) -> tuple[FloatImage, FloatImage]:
-    """Return colour (H, W, 3) and metres (H, W) of a plane `_CAMERA_HEIGHT_M` below the eye."""
+    """Return color (H, W, 3) and meters (H, W) of a plane `_CAMERA_HEIGHT_M` below the eye."""
     width, height = size
     focal_px = LENS.focal_length_mm / LENS.sensor_width_mm * width
     below_px = np.arange(height, dtype=np.float32)[:, None] + 0.5 - _HORIZON * height
@@ -103,7 +103,7 @@ def _texture(size: tuple[int, int]) -> FloatImage:
 def _plate(
     color: FloatImage, depth_m: FloatImage | None = None, coc: FloatImage | None = None
 ) -> Plate:
-    """Return a plate of color (H, W, 3) with depth in metres or coc in pixels, (H, W)."""
+    """Return a plate of color (H, W, 3) with depth in meters or coc in pixels, (H, W)."""
     height, width = color.shape[:2]
     window = Box(0, 0, width, height)
     rgba = np.ones((height, width, 4), np.float32)

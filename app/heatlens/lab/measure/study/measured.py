@@ -86,7 +86,7 @@ class Reference:
 
     name      what it is, in a few words
     is_truth  False where it is one of the methods itself, which may be wrong as well
-    note      a sentence on what favours a method, or ""
+    note      a sentence on what favors a method, or ""
     """
 
     pixels: FloatImage
@@ -226,7 +226,7 @@ def run_times(
 
 
 def crop_color(rgba: FloatImage, region: Box) -> FloatImage:
-    """Return the colour (H, W, 3) of a region, which is in pixels of the picture."""
+    """Return the color (H, W, 3) of a region, which is in pixels of the picture."""
     rows, columns = slice(region.y0, region.y1), slice(region.x0, region.x1)
     return np.ascontiguousarray(rgba[rows, columns, :3])
 

@@ -12,7 +12,7 @@ from heatlens.core.base.outside_text import host_and_port
 DEFAULT_HOST = "127.0.0.1"  # only this machine; a camera on the network must be named
 OPENTRACKIO_PORT = 55555
 OSC_PORT = 9000
-_SOURCE_GROUPS = "239.135.1."
+_SOURCE_GROUPS = "239.135.1."  # multicast groups begin so, and end in a source number
 _RECEIVE_BYTES = 1 << 20  # buffer for 1,000 datagrams a second while the program is busy
 
 
@@ -71,6 +71,7 @@ def parse_ring_address(text: str) -> RingAddress:
 
 
 def _address_error(text: str, is_output: bool = False) -> InputError:
+    """Return the error for a text that is no address; `is_output` leaves out the hint on OSC."""
     osc_note = "" if is_output else f", or osc://:{OSC_PORT} for a controller"
     return InputError(
         f"{text!r} is not an address for a lens: give opentrackio for this machine, or "

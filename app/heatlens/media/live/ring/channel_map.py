@@ -8,8 +8,8 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.interpolation import Scale
 from heatlens.media.live.ring.sources import LensSample
 
-_BENDS = (0.2, 5.0)
-_TRAVEL_LEAST = 1e-6
+_BENDS = (0.2, 5.0)  # least and greatest bend of a map
+_TRAVEL_LEAST = 1e-6  # smaller movements of a channel count as none
 
 
 class Ring(StrEnum):
@@ -145,7 +145,7 @@ class Learning:
 
     @property
     def channel(self) -> str | None:
-        """The channel that has moved most, relative to its possible range."""
+        """The channel that has moved most, relative to its magnitude; None if none moved."""
         travel = {name: self._relative_travel(name) for name in self._first}
         most_moved = max(travel, key=lambda name: travel[name], default=None)
         return None if most_moved is None or travel[most_moved] <= _TRAVEL_LEAST else most_moved

@@ -1,4 +1,4 @@
-"""Turn untrusted datagrams into the newest lens of each sender; without sockets.
+"""Turn untrusted datagrams into the newest lens values of each sender, without using sockets.
 
 No datagram can raise an error here or use unlimited memory. Invalid datagrams are counted and
 ignored.
@@ -101,7 +101,7 @@ class _UnfinishedSample:
 
     @property
     def is_complete(self) -> bool:
-        """True if the segments are all of the sample's text."""
+        """True if the segments together are the whole text of the sample."""
         byte_count = sum(len(segment.payload) for segment in self.segments)
         return self.segments[-1].is_last and self.segments[-1].end == byte_count
 
@@ -157,7 +157,7 @@ class OpenTrackIODecoder(Assembly):
 
 
 def _can_follow(previous: Segment, following: Segment) -> bool:
-    """Return whether a segment can follow another one in the text of a sample."""
+    """Return whether `following` can come after `previous` in the text of one sample."""
     is_behind = (
         previous.offset < following.offset
         and previous.end <= following.offset
@@ -168,7 +168,7 @@ def _can_follow(previous: Segment, following: Segment) -> bool:
 
 
 def _is_consistently_numbered(sequences: Sequence[int]) -> bool:
-    """Return whether each datagram has the next number, or all have that of their sample.
+    """Return whether all numbers are equal, or each is the next after the one before.
 
     The sender of the standard numbers datagrams; others number samples.
     """

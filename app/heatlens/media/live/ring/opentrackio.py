@@ -1,7 +1,7 @@
 """Read and write the lens and the timecode of OpenTrackIO samples.
 
 Source: SMPTE RIS OSVP, OpenTrackIO 1.0.1. The sample is JSON, or CBOR (RFC 8949) with the same
-names; `lens` holds `focusDistance` in metres, `pinholeFocalLength` in millimetres, `fStop`,
+names; `lens` holds `focusDistance` in meters, `pinholeFocalLength` in millimeters, `fStop`,
 `tStop`, and `encoders` from 0 to 1. Samples and their sources are named by `urn:uuid:...`.
 
 A datagram is a header of 16 bytes and a segment of a sample's text ("transport"; the reference
@@ -43,9 +43,9 @@ _ENCODER_KEYS = {"focus_turn": "focus", "iris_turn": "iris", "zoom_turn": "zoom"
 _TIME = ("hours", "minutes", "seconds", "frames")
 _NAME_LETTERS = 80
 _NUMBER_MOST = 2**63  # larger than any source number; CBOR has numbers of any length
-_RATE_MOST = 10_000.0
+_RATE_MOST = 10_000.0  # samples per second
 _ID = re.compile("urn:uuid:[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
-_OFFSET_MOST_M = 2.0
+_OFFSET_MOST_M = 2.0  # largest offset of the entrance pupil, to either side
 _POSITIVE_LEAST = math.ulp(0.0)  # smallest allowed number above 0
 
 IDENTIFIER = b"OTrk"
@@ -71,7 +71,7 @@ class Encoding(IntEnum):
 
 @dataclass(frozen=True)
 class Segment:
-    """A datagram: its bytes, their offset in the sample, and its sequence number."""
+    """A datagram: a segment of a sample's text, its offset there, and its sequence number."""
 
     encoding: Encoding
     sequence: int
@@ -172,7 +172,7 @@ def format_sample(sample: LensSample, encoding: Encoding, source_number: int = 1
 
 
 def _timing(sample: LensSample) -> dict[str, object]:
-    """Return the rate of the samples and the timecode; no timecode without a rate."""
+    """Return the entry `timing`: the rate and the timecode, which needs a rate."""
     if sample.frames_per_second is None:
         return {}
     exact_frame_rate, timecode = exact_rate(sample.frames_per_second), sample.timecode
@@ -228,7 +228,7 @@ def _member_object(parent: Mapping[str, object], key: str) -> Mapping[str, Any]:
 
 
 def _number(parent: Mapping[str, Any], key: str, least: float, most: float = 1e9) -> float | None:
-    """Return the number if it is in [least, most], else None."""
+    """Return the number called `key` if it is in [least, most]; else None."""
     number = parent.get(key)
     if isinstance(number, bool) or not isinstance(number, (int, float)):
         return None
@@ -236,7 +236,7 @@ def _number(parent: Mapping[str, Any], key: str, least: float, most: float = 1e9
 
 
 def _source_name(root: Mapping[str, object]) -> str:
-    """Return the sender's name, shortened to fit on a line."""
+    """Return the name of the sender, shortened to fit on a line; "" without one."""
     for key in ("sourceId", "sourceNumber"):
         name = root.get(key)
         is_number = type(name) is int and abs(name) < _NUMBER_MOST
@@ -246,7 +246,7 @@ def _source_name(root: Mapping[str, object]) -> str:
 
 
 def _parse_rate(root: Mapping[str, object]) -> float | None:
-    """Return the samples a second."""
+    """Return the number of samples per second; None if it is missing or impossible."""
     rate = _member_object(_member_object(root, "timing"), "sampleRate")
     numerator = _number(rate, "num", _POSITIVE_LEAST)
     denominator = _number(rate, "denom", _POSITIVE_LEAST)

@@ -38,8 +38,8 @@ from heatlens.media.live.ring.sources import (
 )
 
 _LENS_FIELDS = ("focus_distance_m", "f_stop", "focal_length_mm")
-_NAME_LETTERS = 80
-_MOST = 1e9
+_NAME_LETTERS = 80  # longest name of a channel
+_MOST = 1e9  # largest magnitude of a value
 
 
 class OscDecoder:
@@ -65,7 +65,7 @@ class OscDecoder:
 
 
 class _RaisingHandler(logging.Handler):
-    """Raises an error for a warning of the thread that made this handler."""
+    """Raises an error when the thread that made this handler logs a warning."""
 
     def __init__(self) -> None:
         super().__init__(logging.WARNING)
@@ -102,7 +102,7 @@ def _first_numbers(
 
 
 def _sample(channels: dict[str, float], sender: Sender) -> LensSample:
-    """Return a sample of the channels; some addresses are values of the lens itself."""
+    """Return a sample of the channels; addresses in _LENS_FIELDS become values of the lens."""
     values: Values = {
         name: value
         for address, value in channels.items()

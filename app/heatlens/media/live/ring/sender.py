@@ -47,7 +47,7 @@ def send_at_rate(
     clock: Callable[[], float] = time.monotonic,
     sleep: Callable[[float], None] = time.sleep,
 ) -> None:
-    """Send `samples` at `rate` a second; a late sample does not delay the following ones."""
+    """Send `samples` at `rate` per second; a late sample does not delay the following ones."""
     start_s = clock()
     for number, sample in enumerate(samples):
         wait_s = start_s + number / rate - clock()

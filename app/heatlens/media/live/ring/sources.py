@@ -23,7 +23,7 @@ class LensSample:
 
     source           name that the sender gives itself, or ""
     focus_distance_m, f_stop, t_stop, focal_length_mm   as measured by the sender
-    focus_turn, iris_turn, zoom_turn   positions of the rings, 0 to 1 from end to end
+    focus_turn, iris_turn, zoom_turn   positions of the rings, 0 to 1 from one end to the other
     timecode         of the frame of the sample
     frames_per_second   the rate of the samples, in which the timecode counts
     pupil_offset_mm  from the film plane to the entrance pupil
@@ -67,7 +67,7 @@ class LensSample:
 MAX_SOURCES = 16
 SILENT_AFTER_S = 1.0  # a camera without samples for this long counts as silent
 _RATE_SAMPLES = 50  # number of samples to average the rate over
-NumberedSample = tuple[int, LensSample]  # a sample with its version number
+NumberedSample = tuple[int, LensSample]  # (version of `RingSources` after the sample, sample)
 _LOG_MOST = 4096  # samples kept for recording: 4 s at 1,000 a second
 
 
@@ -88,7 +88,7 @@ class RingSource:
 
     @property
     def rate_hz(self) -> float:
-        """The number of samples per second; 0 before the second one."""
+        """The mean number of samples per second; 0 before the second sample."""
         span_s = self.times_s[-1] - self.times_s[0] if self.times_s else 0.0
         return (len(self.times_s) - 1) / span_s if span_s > 0 else 0.0
 
@@ -132,7 +132,7 @@ class RingSources:
         self._lock = Lock()
 
     def add_sample(self, sample: LensSample) -> None:
-        """Add a sample to its source; a new source can replace the one silent for longest."""
+        """Add a sample to its source; a new source may replace the one silent for longest."""
         now_s = self._clock()
         with self._lock:
             source = self._sources.get(sample.source)
@@ -145,9 +145,9 @@ class RingSources:
             source.log.append((self.version, source.sample))
 
     def samples_since(self, version: int, source: str | None = None) -> tuple[NumberedSample, ...]:
-        """Return the samples of a source after a version, each with its own version.
+        """Return the samples of `source` that came after `version`, the oldest first.
 
-        The oldest comes first. Each has all values as they were then. For None see `source_state`.
+        Each has all values as they were then. None stands for a source as in `source_state`.
         """
         with self._lock:
             ring_source = self._find_source(source)
@@ -198,7 +198,7 @@ class RingSources:
         return self._clock() - source.last_sample_s > self._silent_after_s
 
     def _drop_oldest_sources(self) -> None:
-        """Drop the sources that have been silent for longest until one more is allowed."""
+        """Drop the sources that have been silent for longest until there is room for one more."""
         while len(self._sources) >= MAX_SOURCES:
             del self._sources[
                 min(self._sources, key=lambda name: self._sources[name].last_sample_s)

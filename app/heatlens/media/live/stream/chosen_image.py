@@ -1,7 +1,7 @@
 """Choose the picture, and the image with its depth, among the images that a renderer has sent.
 
-Renderers send colour and depth in one image, or as two images of one size. Some name the depth by
-the channel (`Z`), others by the image (`depth`, with any single channel or the same grey thrice).
+Renderers send color and depth in one image, or as two images of one size. Some name the depth by
+the channel (`Z`), others by the image (`depth`, with any single channel or the same gray thrice).
 """
 
 import re
@@ -37,9 +37,9 @@ def plate_path(name: str) -> Path:
 
 @dataclass(frozen=True)
 class ChosenImage:
-    """A copy of the channels of an image that a plate needs.
+    """An image with the channels that a plate needs, copied from those that were sent.
 
-    image         holds only the channels of colour, alpha and depth
+    image         holds only the channels of color, alpha and depth
     aovs          all channels of the image as it was sent, and of the one with its depth
     skipped_note  a sentence on why a newer image is not the picture; "" if there is none
     """
@@ -50,9 +50,9 @@ class ChosenImage:
 
 
 def choose_image(images: Sequence[TevImage], options: PlateOptions) -> ChosenImage:
-    """Return the first of `images`, sorted from new to old, that has colour and depth.
+    """Return the first of `images` that has color and depth, with only the channels it needs.
 
-    Raises InputError about the first one if none has both.
+    `images` are sorted from new to old. Raises InputError about the first one if none has both.
     """
     problems: dict[str, InputError] = {}
     for image in images:
@@ -74,7 +74,7 @@ def copy_needed_channels(image: TevImage, options: PlateOptions) -> TevImage:
     """Copy `image` with only the channels that a plate needs.
 
     If `options` name a file for the depth, no depth channel is needed. Raises InputError if it has
-    no colour or no depth.
+    no color or no depth.
     """
     path, headers = plate_path(image.name), [header_of(image)]
     color = choose_color(path, headers, options.color_layer)
@@ -103,7 +103,12 @@ def header_of(image: TevImage) -> Header:
 
 @dataclass(frozen=True)
 class _DepthImage:
-    """The depth in another image, and the name of its channel among those of the colour."""
+    """A depth sent as another image than the color.
+
+    image  the image that holds the depth
+    key    the depth's channel in that image
+    name   the name of that channel when it is added to the image of the color
+    """
 
     image: TevImage
     key: str
@@ -164,6 +169,7 @@ def _find_own_depth(image: TevImage, name: str | None, is_coc: bool) -> ChannelR
 
 
 def _has_color(image: TevImage) -> bool:
+    """Return whether an image has channels from which a color can be chosen."""
     try:
         choose_color(plate_path(image.name), [header_of(image)], None)
     except InputError:

@@ -17,7 +17,7 @@ from heatlens.media.plate.plate import FloatImage
 MAX_IMAGES = 16
 MAX_VALUES = 1 << 28  # float32 in all images together: 1 GiB, or 8K with eight channels
 
-# A NaN that no arithmetic produces marks a pixel for which no client has sent a value.
+# This NaN, which no arithmetic produces, marks a pixel for which no client has sent a value.
 _NOT_SENT = 0x7FC0_7E7F
 
 
@@ -66,7 +66,7 @@ class TevImages:
         return False
 
     def _create(self, message: CreateImage) -> bool:
-        """Create an image without pixels, and drop old images to fit the limits."""
+        """Create an image without pixels; drop the oldest images until it fits in the limits."""
         count = message.width * message.height * len(message.channels)
         if count > self._max_values:
             raise TevPacketError(

@@ -19,7 +19,7 @@ MAX_PACKET_BYTES = 1 << 28
 MAX_NAME_BYTES = 1024
 MAX_CHANNELS = 64
 
-_LENGTH_BYTES = 4
+_LENGTH_BYTES = 4  # size of the length of a packet, which counts itself
 _OPEN, _RELOAD, _CLOSE, _UPDATE, _CREATE, _UPDATE_2, _UPDATE_3, _OPEN_2, _GRAPHICS = range(9)
 
 
@@ -82,7 +82,7 @@ class PacketStream:
 
     @property
     def buffered_bytes(self) -> int:
-        """Number of bytes in memory of an unfinished packet."""
+        """Number of bytes of an unfinished packet that are in memory."""
         return len(self._bytes)
 
     @property
@@ -186,6 +186,7 @@ class _Fields:
 
 
 def _create_image(fields: _Fields) -> CreateImage:
+    """Parse the creation of an image; raise TevPacketError if it is invalid."""
     fields.byte()
     name = fields.text()
     width, height, count = fields.int32s(3)
@@ -200,6 +201,7 @@ def _update_image(fields: _Fields, operation: int) -> UpdateImage:
     gives an offset and a stride for each channel, both counted in values.
     """
     fields.byte()
+    # Whether to bring the image to the front.
     name = fields.text()
     channels = fields.channels(1 if operation == _UPDATE else fields.int32s(1)[0])
     x, y, width, height = fields.int32s(4)
@@ -218,6 +220,7 @@ def _update_image(fields: _Fields, operation: int) -> UpdateImage:
 
 
 def _check_size(name: str, width: int, height: int) -> None:
+    """Raise TevPacketError for an empty picture, or one that is too large for a GPU."""
     if not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
         raise TevPacketError(
             f"{name[:40]!r} has {width} x {height} pixels; 1 to {MAX_SIDE_PX} a side are accepted"

@@ -13,7 +13,7 @@ client of tev can send it, and tev itself shows a harmless pixel. In Python:
         tev.update_image("heatlens.lens", numpy.float32([[[50, 36, 2.8, 4.2]]]), names)
 
 Every channel may be left out, and channels with other names are ignored. The focus distance is in
-metres along the optical axis and may be infinite. An impossible value counts as not sent. The image
+meters along the optical axis and may be infinite. An impossible value counts as not sent. The image
 may be created and updated again whenever the camera changes, before or after the picture; the same
 lens applies to all images of a stream. A window that shows the stream takes over the values that
 have changed since they were last sent, so a value set by hand in the window stays until the camera
@@ -96,7 +96,7 @@ def _camera_of_header(header: Header) -> CameraHeader:
 def _depth_key(
     path: Path, header: Header, choice: ColorChoice, options: PlateOptions
 ) -> str | None:
-    """Return the channel of the depth; None if the depth comes from a file."""
+    """Return the name of the depth channel; None if the depth comes from a file."""
     if options.depth_source is not None:
         return None
     is_coc = options.depth_convention.facts.is_coc
@@ -104,7 +104,9 @@ def _depth_key(
 
 
 def _fill_missing(path: Path, image: TevImage, depth_key: str | None) -> NDArray[np.bool_]:
-    """Fill all missing pixels with neutral values in place, and return a mask of missing depth.
+    """Fill missing pixels in place: black for light, repeated values for depth.
+
+    Returns a mask (H, W) of the pixels whose depth is missing.
 
     Missing depth repeats values that have arrived, so that it does not influence the guess of the
     depth convention.

@@ -116,7 +116,7 @@ class TevServer(Closing):
         """Return a plate of the current image `name`; None if no plate can be made of it.
 
         Without a name, use the file that a client requested last, or the newest image that has
-        colour and depth. If that is not the newest image, `problem` says why.
+        color and depth. If that is not the newest image, `problem` says why.
         """
         self._snapshot_problem = None
         options = options or PlateOptions()
@@ -242,6 +242,7 @@ class TevServer(Closing):
 
     def _apply(self, message: Message) -> bool:
         """Apply `message`; return whether the shown picture may have changed."""
+        # Any new image replaces the requested file.
         if getattr(message, "name", "") == LENS_IMAGE:
             return self._lens.apply(message)
         if isinstance(message, CreateImage):
@@ -287,6 +288,7 @@ class TevServer(Closing):
             self._on_news()
 
     def _disconnect(self, client: _Client) -> None:
+        """Close the connection of a client and forget it."""
         self._clients.remove(client)
         self._selector.unregister(client.socket)
         client.socket.close()

@@ -29,7 +29,7 @@ from heatlens.media.plate.exr.exr_scan import (
 SAMPLES_MOST = 100_000_000  # samples in a part
 _BAND_SAMPLES = 1 << 19  # unpacked at once; a single row, or row of tiles, may have more
 _BAND_MOST = 12_000_000  # samples in a row or row of tiles
-_SMALLER_MOST = 1100  # the greatest ratio by which a compression shrinks black deep pixels
+_SMALLER_MOST = 1100  # greatest ratio of unpacked to packed bytes, measured on black deep pixels
 _NONE, _RLE, _ZIPS = 0, 1, 2
 
 
@@ -63,7 +63,7 @@ class _Chunk:
 
 
 class DeepPart:
-    """One deep part of a file; making it reads the sample counts, `bands` reads the samples."""
+    """One deep part of a file: `__init__` reads the sample counts, and `bands` the samples."""
 
     def __init__(self, path: Path, part: int) -> None:
         """Find the samples of part number `part`, and count those of each pixel.
@@ -99,7 +99,9 @@ class DeepPart:
         return sum(int(chunk.counts.sum()) for chunk in self._chunks)
 
     def bands(self, channels: Sequence[int]) -> Iterator[DeepBand]:
-        """Yield the samples from top to bottom; `channels` are values of `channel_numbers`.
+        """Yield the samples of all rows, band by band from top to bottom.
+
+        `channels` holds the numbers of the channels to read, as in `channel_numbers`.
 
         Raises InputError for damaged samples.
         """
@@ -132,7 +134,7 @@ class DeepPart:
     # allocated: no deep compression shrinks even black pixels by more than _SMALLER_MOST, which was
     # measured.
     def _read_offsets(self, file: BinaryIO, headers: list[RawHeader], part: int) -> list[int]:
-        """Return where in the file the chunks of the part begin."""
+        """Return the offsets in the file, in bytes, at which the chunks of the part begin."""
         size = file.seek(0, 2)
         counts = [self._chunk_count(header) for header in headers]
         height, width = self.shape
@@ -178,7 +180,7 @@ class DeepPart:
         return sorted(chunks, key=lambda chunk: (chunk.y, chunk.x))
 
     def _read_chunk_box(self, file: BinaryIO) -> Box | None:
-        """Return the pixels of the chunk at the file's position; None in a smaller mipmap level."""
+        """Return the pixels of the chunk at the file's position; None for a smaller mipmap."""
         height, width = self.shape
         if self._tile is None:
             (row,) = struct.unpack("<i", file.read(4))
@@ -223,7 +225,7 @@ class DeepPart:
         return _Chunk(box.x0, box.y0, counts, file.tell(), packed_bytes)
 
     def _check_stored_once(self) -> None:
-        """Refuse a part in which a pixel has no chunk, or two of them."""
+        """Raise InputError for a part in which a pixel has no chunk, or two of them."""
         is_stored = np.zeros(self.shape, bool)
         for chunk in self._chunks:
             height, width = chunk.counts.shape
@@ -303,6 +305,7 @@ class DeepPart:
         return InputError(f"{self._path} is damaged or cut short: {reason}. Write it again.")
 
     def _raise_too_many(self) -> None:
+        """Raise InputError for a part with more than SAMPLES_MOST samples."""
         height, width = self.shape
         raise InputError(
             f"{self._path} holds more than {SAMPLES_MOST:,} samples, the most that heatlens "
@@ -312,7 +315,10 @@ class DeepPart:
 
 
 def _unpack(packed: bytes, size: int, compression: int) -> NDArray[np.uint8]:
-    """Return the `size` unpacked bytes; data that would not shrink is stored unpacked."""
+    """Return the `size` unpacked bytes; data that would not shrink is stored unpacked.
+
+    Raises CutError if the data has another size.
+    """
     if len(packed) == size:
         return np.frombuffer(packed, np.uint8)
     if compression == _RLE:
@@ -342,7 +348,8 @@ def _undo_predictor(differences: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def _decode_runs(packed: bytes, size: int) -> bytes:
     """Undo run-length coding.
 
-    A negative count precedes that many literal bytes, another one a byte to repeat count + 1 times.
+    A count above 127 stands for a negative one: -count literal bytes follow. Any other count is
+    followed by one byte that is repeated count + 1 times.
     """
     unpacked, at = bytearray(), 0
     while at + 1 < len(packed) and len(unpacked) <= size:

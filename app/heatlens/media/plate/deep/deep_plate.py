@@ -210,7 +210,7 @@ class _Faults:
 
 
 def _repair_samples(samples: DeepSamples, unit_m: float, faults: _Faults) -> Fragments:
-    """Return the valid samples, sorted and in metres; count the others in `faults`."""
+    """Return the usable samples as fragments, sorted and in meters; count faults in `faults`."""
     color, alpha = samples.color, samples.alpha
     is_good = np.isfinite(color).all(axis=1) & (alpha >= 0) & (alpha <= 1 + 1e-3)
     is_good &= np.abs(color).max(axis=1, initial=0.0) <= LIGHT_MOST
@@ -233,9 +233,9 @@ def _repair_samples(samples: DeepSamples, unit_m: float, faults: _Faults) -> Fra
 
 
 def _settle_distances(samples: DeepSamples, unit_m: float) -> NDArray[np.bool_]:
-    """Convert both ends of the samples to metres in place, infinite where nothing was hit.
+    """Convert `z` and `back` of the samples to meters in place, infinite where nothing was hit.
 
-    Return a mask of the samples that have a valid distance. A sample that begins behind the camera
+    Returns a mask of the samples that have a valid distance. A sample that begins behind the camera
     is cut off at the lens.
     """
     z, back = samples.z, samples.back
@@ -252,7 +252,7 @@ def _settle_distances(samples: DeepSamples, unit_m: float) -> NDArray[np.bool_]:
 
 
 def _unsorted_count(samples: DeepSamples) -> int:
-    """Return how many samples change their position when those of each pixel are sorted."""
+    """Return how many samples are at another position after sorting each pixel by distance."""
     is_same_pixel = samples.pixel[1:] == samples.pixel[:-1]
     if not (is_same_pixel & (samples.z[1:] < samples.z[:-1])).any():
         return 0

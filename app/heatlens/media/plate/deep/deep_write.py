@@ -21,7 +21,7 @@ _CHANNELS = ("R", "G", "B", "A", "Z")
 def write_deep(
     path: str | os.PathLike[str], plate: Plate, attributes: Mapping[str, object], half: bool = True
 ) -> None:
-    """Write the plate with its fragment lists: R, G, B (times coverage), A, and Z in metres.
+    """Write the plate with its fragment lists: R, G, B (times coverage), A, and Z in meters.
 
     Z always has 32 bits. Raises InputError, and leaves an existing file at `path` unchanged, if the
     plate is too large for this or the file cannot be written.
@@ -55,9 +55,10 @@ def check_deep_fits(path: str | os.PathLike[str], width: int, height: int) -> No
 
 
 def deep_samples(plate: Plate) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Return the number of samples of each pixel, and (N, 5) samples: premultiplied RGBA, and Z.
+    """Return the number of samples of each pixel (P,), and the samples (N, 5).
 
-    The visible surface of a pixel comes first; it is added where the list does not begin with it.
+    A sample is premultiplied RGBA and Z in meters. The visible surface of a pixel comes first; it
+    is added where the list does not begin with it.
     """
     assert plate.depth_m is not None
     pixels = plate.depth_m.size

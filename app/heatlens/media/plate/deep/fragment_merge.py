@@ -14,7 +14,7 @@ FRAGMENTS_MOST = 16  # in a pixel; if there are more, those of the most similar 
 _BIN_COUNTS = (256, 128, 64, 32, FRAGMENTS_MOST)  # bins of dioptres tried for a pixel with too many
 _SLICE = 0.15  # greatest thickness of a slice, as a part of its distance
 _SLICES_MOST = 16  # slices of a sample
-# Start of the first slice if a sample begins at the lens, as a part of its far end.
+# Start of the first slice of a sample that begins at the lens, as a share of its far end.
 _NEAREST = 1 / 16
 
 
@@ -25,7 +25,7 @@ class Fragments:
     pixel    (N,) number of the pixel that each belongs to
     color    (N, 3) float32, premultiplied
     alpha    (N,) float32, the part of the pixel that it covers, 0..1
-    depth_m  (N,) float32, planar metres; +inf where nothing was hit
+    depth_m  (N,) float32, planar meters; +inf where nothing was hit
     """
 
     pixel: NDArray[np.int64]
@@ -44,7 +44,7 @@ class Fragments:
 
 
 def concatenate_fragments(parts: list[Fragments]) -> Fragments:
-    """Concatenate several sets of fragments."""
+    """Return several sets of fragments as one."""
     if len(parts) == 1:
         return parts[0]
     return Fragments(
@@ -58,7 +58,7 @@ def concatenate_fragments(parts: list[Fragments]) -> Fragments:
 def sort_fragments(fragments: Fragments) -> Fragments:
     """Return the fragments sorted by pixel, and within a pixel from near to far.
 
-    Fragments at the same distance are sorted by coverage and colour. The result then does not
+    Fragments at the same distance are sorted by coverage and color. The result then does not
     depend on the order of the input files.
     """
     # Floats that are not negative sort in the same order as their bits.
@@ -102,7 +102,7 @@ def merge_close_fragments(fragments: Fragments, tolerance: float) -> Fragments:
 
 # Fragments are merged that every lens blurs almost alike. A circle of confusion is linear in
 # dioptres with every focus and f-stop, so bins of equal dioptres lose equally little. Most bins of
-# equal metres would lie far away, where the blur hardly changes.
+# equal meters would lie far away, where the blur hardly changes.
 def limit_fragments(fragments: Fragments, counts: NDArray[np.int64]) -> Fragments:
     """Merge fragments of similar blur until no pixel has more than FRAGMENTS_MOST.
 
@@ -133,7 +133,7 @@ def limit_fragments(fragments: Fragments, counts: NDArray[np.int64]) -> Fragment
 
 
 def _composite_groups(fragments: Fragments, begins: NDArray[np.bool_]) -> Fragments:
-    """Composite each group of neighbours into one fragment; `begins` marks the first of a group.
+    """Composite each group of neighbors into one fragment; `begins` marks the first of a group.
 
     The dioptres of the result are the mean of those of the group, weighted by visible coverage.
     """
@@ -144,6 +144,7 @@ def _composite_groups(fragments: Fragments, begins: NDArray[np.bool_]) -> Fragme
     transmission, weighted_dioptres = 1 - alpha, alpha * _dioptres(depth)
     is_spread = np.zeros(len(first), bool)
     group = np.flatnonzero(size > 1)
+    # Composite from near to far: in each step, the next fragment of every group that has one.
     for step in range(1, int(size.max())):
         group = group[size[group] > step]
         next_fragment = first[group] + step
@@ -186,10 +187,11 @@ class DeepSamples:
 
 
 def slice_volumes(samples: DeepSamples) -> tuple[Fragments, int]:
-    """Return fragments at the middle of each sample, and how many samples were cut into slices.
+    """Return a fragment for each thin sample, slices for thick ones, and the number of thick ones.
 
-    A volume is taken as equally dense throughout, so the transmission of a slice is a power of the
-    transmission of the whole. Source: "Interpreting OpenEXR Deep Pixels".
+    A fragment lies at the middle of its sample or slice. A volume is taken as equally dense
+    throughout, so the transmission of a slice is a power of the transmission of the whole. Source:
+    "Interpreting OpenEXR Deep Pixels".
     """
     with np.errstate(invalid="ignore"):
         thickness = samples.back - samples.z  # NaN where nothing was hit

@@ -36,12 +36,12 @@ _BAND_PIXELS = 1 << 17  # processed at once
 # A header may claim any display window without further bytes. For a file with few pixels, a frame
 # of 8K is enough, and takes a gigabyte of memory.
 _EMPTY_MOST = 8192 * 4320
-_DATA_FACTOR_MOST = 4  # times the data window, whose pixels the file must contain
+_DATA_FACTOR_MOST = 4  # largest picture in sizes of the data window, whose pixels are in the file
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """One picture of a stack: premultiplied RGBA (H, W, 4) and depths (H, W) in metres.
+    """One picture of a stack: premultiplied RGBA (H, W, 4) and depths (H, W) in meters.
 
     lists  the known surfaces behind it, or None
     """
@@ -138,7 +138,11 @@ class ListBuilder:
         counts: NDArray[np.int64],
         starts: NDArray[np.int64],
     ) -> None:
-        """List the fragments of each pixel, except an opaque nearest one, which is visible."""
+        """Append the fragments of each pixel to the lists, except an opaque nearest one.
+
+        That one is the visible surface, which the picture holds already. `begin` is the number of
+        the first pixel; `counts` and `starts` tell where the fragments of each pixel lie.
+        """
         has_any = counts > 0
         has_front = has_any.copy()
         has_front[has_any] = fragments.alpha[starts[has_any]] < OPAQUE
@@ -231,7 +235,7 @@ def move_lists(lists: FragmentLists, window: Box, target: Box) -> FragmentLists:
 
 
 def farthest_m(surface: Surface) -> FloatImage:
-    """Return the depth (H, W) in metres of the farthest known fragment of each pixel."""
+    """Return the depth (H, W) in meters of the farthest known fragment of each pixel."""
     if surface.lists is None:
         return surface.depth_m
     numbers = (surface.lists.starts >> 1).astype(np.int64)

@@ -1,6 +1,6 @@
-"""Convert a depth channel of any convention to metres, with one notation for infinity.
+"""Convert a depth channel of any convention to meters, with one notation for infinity.
 
-A depth that is only relative in its file needs the metres of its near and far end.
+A depth that is only relative in its file needs the meters of its near and far end.
 """
 
 import math
@@ -40,7 +40,7 @@ _USUAL_NEAR_M, _USUAL_FAR_M = 1.0, 10.0
 
 @dataclass(frozen=True, eq=False)
 class DepthResult:
-    """Depths (H, W) in metres, radial if the report says so, or CoC diameters in pixels."""
+    """Depths (H, W) in meters, radial if the report says so, or CoC diameters in pixels."""
 
     values: FloatImage
     report: DepthReport
@@ -49,7 +49,7 @@ class DepthResult:
 
 @dataclass(frozen=True, eq=False)
 class _ConvertedDepth:
-    """Values in metres or pixels, and masks of the pixels that are infinite or unusable."""
+    """Values in meters or pixels, and masks of the pixels that are infinite or unusable."""
 
     values: FloatImage
     infinite: _Mask
@@ -64,7 +64,7 @@ def read_depth(
     options: PlateOptions,
     origin: DepthOrigin | None = None,
 ) -> DepthResult:
-    """Convert raw `values` (H, W) to depth in metres; `what` begins each sentence about them.
+    """Convert raw `values` (H, W) to depth in meters; `what` begins each sentence about them.
 
     `origin` holds what is known about the values besides the name of the channel. Raises InputError
     if the channel is empty, ambiguous or no depth at all; with `options.strict`, also if only the
@@ -112,7 +112,7 @@ def finite_range(depth: FloatImage, infinite_count: int) -> tuple[float, float]:
 
 
 def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) -> _ConvertedDepth:
-    """Return the values in metres or pixels; `convention` must not be AUTO."""
+    """Return the values in meters or pixels; `convention` must not be AUTO."""
     match convention:
         case DepthConvention.COC:
             nothing_infinite = np.zeros(raw.values.shape, dtype=np.bool_)
@@ -136,7 +136,7 @@ def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) 
 
 
 def _from_distance(raw: RawDepth, scene_unit_m: float) -> _ConvertedDepth:
-    """Convert distances in scene units to metres."""
+    """Convert distances in scene units to meters."""
     sign, notes = _viewing_sign(raw)
     depth = raw.values * np.float32(sign * scene_unit_m)
     unmeasured, unmeasured_notes = _mask_unmeasured(raw)
@@ -149,7 +149,7 @@ def _from_distance(raw: RawDepth, scene_unit_m: float) -> _ConvertedDepth:
     return _ConvertedDepth(depth, infinite, bad, notes + infinite_notes)
 
 
-# Pixels without a measurement are filled from their neighbours and counted, as NaN is. Taken as a
+# Pixels without a measurement are filled from their neighbors and counted, as NaN is. Taken as a
 # distance, 0 would lie on the lens, and the largest number behind everything else.
 def _mask_unmeasured(raw: RawDepth) -> tuple[_Mask | None, tuple[str, ...]]:
     """Return a mask where a map of integers holds no measurement, and a note; None for other maps.
@@ -172,11 +172,11 @@ def _mask_unmeasured(raw: RawDepth) -> tuple[_Mask | None, tuple[str, ...]]:
 
 
 def _mask_nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
-    """Return a mask of the pixels where no surface was hit, and notes about them.
+    """Return a mask of the pixels at infinity, where nothing was hit, and notes about them.
 
-    No surface is at distance 0. If the file has no other mark of infinity, 0 is one; if it has, a 0
-    is a fault. If it has neither, NaN over a large part of the frame marks infinity; a few NaN are
-    faults.
+    No surface is at distance 0, so 0 marks infinity if the file has no other mark of it; if it has,
+    a 0 is a fault. If the file has neither, NaN over a large part of the frame marks infinity; a
+    few NaN are faults.
     """
     if raw.infinite_count:
         return raw.infinite, ()
@@ -193,7 +193,7 @@ def _mask_nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
 
 
 def _from_inverse(raw: RawDepth, scene_unit_m: float) -> _ConvertedDepth:
-    """Convert 1/z, z in scene units, to metres; 0 is infinitely far."""
+    """Convert 1/z, z in scene units, to meters; 0 is infinitely far."""
     sign, notes = _viewing_sign(raw)
     inverse = raw.values * np.float32(sign)
     infinite = np.abs(inverse) <= INVERSE_INFINITE_UP_TO
@@ -203,7 +203,10 @@ def _from_inverse(raw: RawDepth, scene_unit_m: float) -> _ConvertedDepth:
 
 
 def _from_normalized(raw: RawDepth, is_inverted: bool, options: PlateOptions) -> _ConvertedDepth:
-    """Convert 0..1 between near and far to metres; the far end and beyond become infinity."""
+    """Convert values that run from 0 at near to 1 at far to meters; 1 and beyond are infinity.
+
+    With `is_inverted`, 1 is near.
+    """
     near, far = require_ends(raw, options)
     fraction = 1 - raw.values if is_inverted else raw.values
     infinite = (fraction >= 1) | raw.infinite
@@ -218,7 +221,7 @@ def _from_normalized(raw: RawDepth, is_inverted: bool, options: PlateOptions) ->
 
 
 def _from_disparity(raw: RawDepth, is_inverted: bool, options: PlateOptions) -> _ConvertedDepth:
-    """Convert 0..1 that is linear in 1/z, with 0 for far and 1 for near, to metres.
+    """Convert 0..1 that is linear in 1/z, with 0 for far and 1 for near, to meters.
 
     Phones and neural networks write such values; with `is_inverted`, 0 is near. Values outside 0..1
     have a scale of their own: the least and the greatest value are then the ends.
@@ -283,7 +286,7 @@ def _depth_notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str,
 
 
 def require_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
-    """Return near and far in metres. Raises InputError if they are missing or impossible.
+    """Return near and far in meters. Raises InputError if they are missing or impossible.
 
     The far end of a disparity may be infinite; its near end cannot be 0.
     """

@@ -22,14 +22,15 @@ INFINITE_FROM = 1e10
 # Exact values that mean the same: the far plane of Mantra and the largest half float.
 INFINITE_EXACTLY = (1e6, 65504.0)
 
-# Filtering takes a normalised depth a little past its ends.
+# Filtering takes a normalized depth a little past its ends.
 NORMALIZED_UP_TO = 1.5
 
-# A greater 1/z would be nearer than 5 cm, if the unit is metres; in smaller units 1/z is smaller.
+# A greater 1/z would be nearer than 5 cm, if the unit is meters; in smaller units 1/z is smaller.
 INVERSE_MOST = 20.0
 # If the least 1/z of a picture were greater, everything in it would be nearer than one unit.
 INVERSE_LOW_MOST = 1.0
-# Distances of a whole picture seldom lie so near, and hardly ever mostly at the near end.
+# The distances of a whole picture seldom are all below _NEAR_TOP, reach below _NEAR_LOW, and have a
+# median below _DENSE_PART of the greatest.
 _NEAR_TOP, _NEAR_LOW, _DENSE_PART = 4.0, 0.5, 0.25
 
 _Mask = NDArray[np.bool_]
@@ -177,7 +178,7 @@ def _guess_from_evidence(raw: RawDepth, options: PlateOptions) -> Guess:
 
 # The strongest evidence is tested first: a mark of infinity, which occurs only among distances,
 # then the flat surfaces, then the program that wrote the file, and last the range. A 1/z above 20
-# would be nearer than 5 cm in metres, but networks write disparity in a scale of their own. So
+# would be nearer than 5 cm in meters, but networks write disparity in a scale of their own. So
 # above 20 the flat surfaces can still lead to a question.
 def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
     """Guess distances, unless the surfaces or the program say that these values are 1/z."""
@@ -245,7 +246,7 @@ def _is_nuke_depth(raw: RawDepth) -> bool:
 
 
 def _is_dense_near_zero(raw: RawDepth) -> bool:
-    """Return True if most values are much smaller than the largest, which is no more than a few.
+    """Return True if most values are much smaller than the greatest, which is small itself.
 
     Such values are 1/z of a scene, or distances on a table.
     """
@@ -290,7 +291,7 @@ def _guess_normalized_direction(raw: RawDepth) -> Guess:
 
 
 def _guess_within_one(raw: RawDepth) -> Guess:
-    """Guess the convention of values up to 1, or raise InputError."""
+    """Guess the convention of values whose magnitude is at most 1, or raise InputError."""
     span = f"{raw.low:g} to {raw.high:g}"
     if raw.infinite_count:
         return Guess(
@@ -349,7 +350,7 @@ def guess_picture_convention(raw: RawDepth, facts: PictureFacts, options: PlateO
 
 
 def _question_of_direction(raw: RawDepth) -> str:
-    """Ask the user which end of a disparity is near."""
+    """Return a question to the user: which end of a disparity is near?"""
     return (
         f"{raw.what} is disparity, but is white near in it, or black? Say --depth-convention "
         "disparity, or disparity-inverted where black is near."
@@ -357,7 +358,7 @@ def _question_of_direction(raw: RawDepth) -> str:
 
 
 def _question_of_picture(raw: RawDepth, span: str) -> str:
-    """Ask the user for the convention of the depth in a picture file."""
+    """Return a question to the user: what is the convention of the depth in a picture file?"""
     return (
         f"{raw.what} runs from {span}: is it disparity (white near, as phones, MiDaS and Depth "
         "Anything write it), a depth of 0 to 1, or distances? Say --depth-convention disparity or "

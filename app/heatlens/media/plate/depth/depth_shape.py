@@ -20,13 +20,14 @@ _STRIDES = (4, 16, 48)
 _SAMPLES_MOST = 200_000  # triples for each stride and direction
 # Beyond this ratio two pixels lie on different surfaces more often than on one.
 _RATIO_MOST = 3.0
-# A vote counts within this part of the way from the harmonic to the arithmetic mean.
+# A vote counts if the middle value is within this share of the way from one mean to the other.
 _TOLERANCE = 0.1
 _HALF_STEP, _FLOAT_STEP = 2.0**-11, 2.0**-18  # relative rounding steps of stored values
-_STEPS_APART = 20.0  # the two means can be distinguished if they differ by so many steps
-_LEAST_VOTES = 100
+_STEPS_APART = 20.0  # the two means can be told apart if they differ by so many rounding steps
+_LEAST_VOTES = 100  # fewer votes for a convention decide nothing
 # Samples along each side; the greatest deviation from a plane, as a part of the range of values.
 _RAMP_SAMPLES, _RAMP_PART = 16, 0.01
+# The least share of the deciding triples for a majority, and its least ratio to the other votes.
 _LEAST_SHARE, _LEAST_LEAD = 0.02, 5.0
 
 _Mask = NDArray[np.bool_]
@@ -59,7 +60,7 @@ class FlatVotes:
         return votes >= least_votes and votes >= _LEAST_LEAD * other_votes
 
 
-# Flat surfaces tell distances from 1/z where neither the name nor the range can: metres of a table
+# Flat surfaces tell distances from 1/z where neither the name nor the range can: meters of a table
 # and 1/z of a street may both run from 0.1 to 4. The camera need not be known, because the focal
 # length only scales the pixel. A few votes decide nothing: one convention needs five times as many
 # as the other. A wrong convention would blur the wrong things and look almost right.
@@ -85,7 +86,7 @@ def count_flat_votes(
 
 
 def _fits_half_floats(magnitude: FloatImage) -> bool:
-    """Return True if the values fit in half floats without loss."""
+    """Return True if the middle row of the values fits in half floats without loss."""
     row = magnitude[magnitude.shape[0] // 2]
     with np.errstate(over="ignore"):
         return bool(np.array_equal(row, row.astype(np.float16).astype(row.dtype)))
@@ -94,7 +95,7 @@ def _fits_half_floats(magnitude: FloatImage) -> bool:
 # A ramp painted from edge to edge casts no votes. It fits 1/z at every pixel, but people paint such
 # ramps as distances, to test a lens.
 def _is_single_ramp(magnitude: FloatImage) -> bool:
-    """Return True if all values lie on a single linear function of the pixel."""
+    """Return True if samples of the whole channel lie on a single linear function of the pixel."""
     rows = np.linspace(0, magnitude.shape[0] - 1, _RAMP_SAMPLES).astype(int)
     columns = np.linspace(0, magnitude.shape[1] - 1, _RAMP_SAMPLES).astype(int)
     y, x = (grid.ravel() for grid in np.meshgrid(rows, columns, indexing="ij"))
@@ -107,9 +108,10 @@ def _is_single_ramp(magnitude: FloatImage) -> bool:
 def _pixel_triples(
     values: NDArray[np.float64],
 ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
-    """Yield triples of pixels in a row, along x and along y, for every stride.
+    """Yield arrays with the first, middle and last value of triples of pixels.
 
-    Rows are left out so that at most about _SAMPLES_MOST triples are examined each time.
+    The triples run along x and along y, for every stride. Lines are left out so that at most about
+    _SAMPLES_MOST triples are examined each time.
     """
     for plane in (values, values.T):
         for stride in _STRIDES:
@@ -133,9 +135,10 @@ def _arithmetic_share(
     step: float,
     integer_step: float,
 ) -> tuple[NDArray[np.float64], _Mask]:
-    """Return where the middle value lies between the two means, and a mask where this is certain.
+    """Return the position of the middle value between two means, and a mask of decisive triples.
 
-    0 means on the harmonic mean, 1 on the arithmetic mean.
+    The position is 0 on the harmonic mean and 1 on the arithmetic mean of `first` and `last`.
+    `step` is the relative rounding step of the values, `integer_step` the absolute one.
     """
     is_surface = (first > 0) & (middle > 0) & (last > 0)
     total = np.where(is_surface, first + last, 1.0)

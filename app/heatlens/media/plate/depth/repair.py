@@ -1,6 +1,6 @@
-"""Mend values that no camera records, so that diffusion never spreads them.
+"""Repair values that no camera records, so that diffusion never spreads them.
 
-NaN and infinity are replaced by neighbouring values. A damaged file, a wrong unit or a program's
+NaN and infinity are replaced by neighboring values. A damaged file, a wrong unit or a program's
 marker for "nothing here" gives other values: how near, how blurred and how bright the pixels of a
 plate may be is limited, because beyond these limits sums over a picture would overflow. Such values
 are clamped when a plate is read, and one note tells the user.
@@ -35,9 +35,9 @@ def check_mostly_good(bad_count: int, size: int, what: str) -> None:
 def repair_color(color: FloatImage, what: str) -> int:
     """Replace pixels of `color` (H, W, C) with NaN or infinity in place; return their count.
 
-    Each takes the median of its good neighbours, in 3x3 or else 5x5 pixels, so that a single lamp
-    nearby does not matter. Larger holes are filled from their edge inwards. Negative values are
-    valid and stay. Raises InputError if more than half of the pixels are bad.
+    Such a pixel takes the median of its good neighbors, in 3x3 or else 5x5 pixels, so that a
+    single lamp nearby does not matter. Larger holes are filled from their edge inwards. Negative
+    values are valid and stay. Raises InputError if more than half of the pixels are bad.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         if np.isfinite(color.sum()):  # a bad pixel makes the sum bad: quick for good pictures
@@ -66,9 +66,9 @@ def repair_color(color: FloatImage, what: str) -> int:
 def _fill_from_neighbours(
     padded: FloatImage, rows: NDArray[np.intp], columns: NDArray[np.intp]
 ) -> FloatImage:
-    """Return new colours (N, C) for the pixels at `rows` and `columns` of the unpadded picture.
+    """Return new colors (N, C) for the pixels at `rows` and `columns` of the unpadded picture.
 
-    A colour is NaN if the pixel has no good neighbour yet.
+    A color is NaN if the pixel has no good neighbor yet.
     """
     colors = _neighbour_median(padded, rows, columns, 1)
     is_isolated = np.isnan(colors[:, 0])
@@ -89,7 +89,7 @@ def _neighbour_median(
 
 
 def repair_depth(depth: FloatImage, bad: _Mask, what: str) -> int:
-    """Replace every `bad` pixel of `depth` (H, W) by its nearest good neighbour, in place.
+    """Replace every `bad` pixel of `depth` (H, W) by its nearest good neighbor, in place.
 
     Values are copied, never averaged, because a depth between two surfaces belongs to neither.
     Returns the number of bad pixels; raises InputError if they are more than half.
@@ -119,14 +119,15 @@ def repair_depth(depth: FloatImage, bad: _Mask, what: str) -> int:
 def _nearest_step(
     good: _Mask, rows: NDArray[np.intp], columns: NDArray[np.intp]
 ) -> NDArray[np.intp]:
-    """Return for each pixel the index into _NEIGHBOUR_STEPS of its first good neighbour, or -1."""
+    """Return for each pixel the index into _NEIGHBOUR_STEPS of its first good neighbor, or -1."""
     step = np.full(rows.size, -1, dtype=np.intp)
+    # The last write wins, so the preferred steps are written last.
     for index, (dy, dx) in reversed(list(enumerate(_NEIGHBOUR_STEPS))):
         step[good[rows + dy, columns + dx]] = index
     return step
 
 
-# A thousandth of a millimetre in front of the lens. Anything nearer is treated as a missing depth
+# A thousandth of a millimeter in front of the lens. Anything nearer is treated as a missing depth
 # and repaired: its blur would overflow on a GPU.
 DEPTH_LEAST_M = 1e-6
 # The sum over all pixels of the largest plate, and its square, stay below float32's 3.4e38.
@@ -145,7 +146,7 @@ def bound_coc(coc_px: FloatImage, what: str) -> tuple[str, ...]:
 
 
 def bound_color(color: FloatImage, what: str) -> tuple[str, ...]:
-    """Clamp finite colours (H, W, C) in place, and return notes, as `bound_coc` does."""
+    """Clamp finite colors (H, W, C) in place, and return notes, as `bound_coc` does."""
     if -LIGHT_MOST <= color.min() and color.max() <= LIGHT_MOST:
         return ()
     count = int(np.count_nonzero((np.abs(color) > LIGHT_MOST).any(axis=2)))

@@ -28,12 +28,12 @@ ReadColor = Callable[
     [Path], FloatImage
 ]  # returns the light (H, W, 3 or more) of the picture at a path
 
-_BLOCK = 8  # frames that are fitted to the same one
+_BLOCK = 8  # number of frames that are fitted to the first frame of their block
 _STARTS_MOST = 16  # first frames of blocks whose estimates stay in memory
 
 _lock = Lock()  # several threads read plates
-_fits: dict[object, Fit] = {}  # of the first frames of blocks
-_start_estimates: dict[object, FrameEstimate] = {}  # the oldest first
+_fits: dict[object, Fit] = {}  # of the first frames of blocks, by `Chain._key`
+_start_estimates: dict[object, FrameEstimate] = {}  # of the same frames, the oldest first
 
 
 def estimate_frame(network: Network, color: FloatImage) -> FrameEstimate:
@@ -66,12 +66,16 @@ class Chain:
     read_color: ReadColor
 
     def fit_of(self, path: Path, frame: FrameEstimate) -> Fit:
-        """Return the fit of `frame`, the estimate of the frame at `path`."""
+        """Return the fit of the frame at `path` to the first frame; `frame` is its estimate.
+
+        A file that is not in the sequence gets a fit that changes nothing.
+        """
         frame_number = self.sequence.frame_at(path)
         if frame_number is None or frame_number not in self.sequence.present:
             return Fit()
         block, number_in_block = divmod(self.sequence.present.index(frame_number), _BLOCK)
         fit = self._fit_of_block(block)
+        # The first frame of a block has the fit of the block itself.
         return self._fit_to(frame, self.start_estimate(block), fit) if number_in_block else fit
 
     def start_estimate(self, block: int) -> FrameEstimate:
@@ -106,13 +110,16 @@ class Chain:
         return self.sequence.path_at(self.sequence.present[block * _BLOCK])
 
     def _key(self, block: int) -> object:
-        """Return a key that changes with the network and with the files of the two frames."""
+        """Return a key of a block that changes with the network and with two files.
+
+        The files are the first frame of the sequence and that of the block.
+        """
         first, path = self._start_path(0), self._start_path(block)
         network = self.network.key, self.network.facts.output
         return *network, first, stamp_of(first), path, stamp_of(path)
 
     def _fit_to(self, frame: FrameEstimate, earlier_frame: FrameEstimate, fit: Fit) -> Fit:
-        """Return the fit of `frame` to an earlier frame, which has the fit `fit`."""
+        """Return the fit of `frame` to the first frame, by way of an earlier one and its `fit`."""
         keeps_zero = self.network.facts.output is not DepthModelOutput.DISPARITY
         return fit_to_frame(frame, earlier_frame, fit, keeps_zero)
 
@@ -131,7 +138,7 @@ def estimate_or_load(network: Network, network_input: FloatImage) -> FloatImage:
     path = estimates_dir() / f"{digest.hexdigest()}{_SUFFIX}"
     with suppress(OSError, ValueError):  # it is missing or damaged
         stored: FloatImage = np.load(BytesIO(read_file_bytes(path)), allow_pickle=False)
-        os.utime(path)
+        os.utime(path)  # the file counts as just used, so that it is deleted last
         return stored
     values = network.estimate(network_input)
     with suppress(OSError, InputError):  # a full or read-only disk

@@ -1,7 +1,7 @@
-"""Estimate the depth of a picture that has none, with the edges of its colours.
+"""Estimate the depth of a picture that has none, with edges as sharp as those of its colors.
 
 Networks blur the edges of depth into ramps, whose pixels would hang in mid-air between two objects.
-Each pixel of a ramp takes the nearer or the farther value next to it, whose colour is more like its
+Each pixel of a ramp takes the nearer or the farther value next to it, whose color is more like its
 own.
 """
 
@@ -29,18 +29,18 @@ from heatlens.media.plate.plate import DepthReport, FloatImage
 from heatlens.media.sequence.sequence import Sequence, find_sequence
 
 CHANNEL = "estimate"
-_RAMP_PX = 3.0  # pixels of the network over which it blurs an edge, to either side
-_REACH_MOST_PX = 24
+_RAMP_PX = 3.0  # half the width of the ramp to which the network blurs an edge, in its pixels
+_REACH_MOST_PX = 24  # largest half width of a ramp in pixels of the picture
 _STEP_LEAST = 0.04  # share of the range: smaller steps stay as they are
 _STEEP = 0.65  # part of a step that a ramp climbs over its width; an even slope climbs a half
-_END = 0.2  # part of a step at either end whose pixels give the colours of the two sides
-_NOISE = 0.01  # squared difference of two colours that are alike
+_END = 0.2  # pixels within this share of a step at either end show the colors of the two sides
+_NOISE = 0.01  # squared difference of two colors that are alike
 
 
 def estimate_depth(
     path: Path, color: FloatImage, options: PlateOptions, read_color: ReadColor
 ) -> DepthResult:
-    """Return the estimated depth (H, W) in metres of light (H, W, 3 or more).
+    """Return the estimated depth (H, W) in meters of light (H, W, 3 or more).
 
     `read_color` reads other frames of the sequence. Raises InputError if the network cannot be run,
     or if its values need distances that are missing and `options` are strict.
@@ -77,7 +77,10 @@ def estimate_depth(
 def _settle_guess(
     path: Path, network: Network, options: PlateOptions, first_values: FloatImage
 ) -> tuple[PlateOptions, Guess]:
-    """Return the options with both ends of a disparity, and the guess that the user is shown."""
+    """Return the options with the ends of a disparity filled in, and the guess to show to the user.
+
+    `first_values` is the raw estimate of the first frame, (h, w).
+    """
     why = f"Estimated by {network.path.name}."
     if network.facts.output is not DepthModelOutput.DISPARITY:
         return options, Guess(DepthConvention.DISTANCE, why)
@@ -99,9 +102,10 @@ def _sequence_of(path: Path) -> Sequence | None:
 def _sharpen_dioptres(
     dioptres: FloatImage, color: FloatImage, estimate_shape: tuple[int, ...]
 ) -> FloatImage:
-    """Return dioptres (H, W) with the edges of the picture.
+    """Return dioptres (H, W) with the ramps at edges turned into steps where the colors change.
 
-    `estimate_shape` is the size of the network's estimate before it was resized.
+    `color` holds light (H, W, 3 or more). `estimate_shape` is the size of the network's estimate
+    before it was resized.
     """
     low, high = (float(it) for it in np.quantile(dioptres[::4, ::4], (0.0, 1.0)))
     scale = max(dioptres.shape[0] / estimate_shape[0], dioptres.shape[1] / estimate_shape[1])
@@ -118,11 +122,11 @@ def _sharpen_dioptres(
 def sharpen_edges(values: FloatImage, color: FloatImage, ramp_px: int) -> FloatImage:
     """Return `values` (H, W) of 0 to 1 with steps in place of ramps about `ramp_px` pixels wide.
 
-    `color` holds display values (H, W, 3). Where colours do not distinguish the two sides, as
+    `color` holds display values (H, W, 3). Where colors do not distinguish the two sides, as
     between textures, the step lies at the middle of the ramp.
     """
     low, high = _window_minimum(values, ramp_px), -_window_minimum(-values, ramp_px)
-    step = high - low
+    step = high - low  # height of the step within the window of each pixel
     least_climb = _STEEP * step * _border_narrowing(values.shape, ramp_px)
     is_steep = (_slope(values) * ramp_px > least_climb) & (step > _STEP_LEAST)
     is_ramp = -_window_minimum(-is_steep.astype(np.float32), max(1, ramp_px // 2)) > 0
@@ -130,10 +134,12 @@ def sharpen_edges(values: FloatImage, color: FloatImage, ramp_px: int) -> FloatI
     near_colors = _measure_colors(color, (position >= 1 - _END) & (step > _STEP_LEAST), ramp_px)
     far_colors = _measure_colors(color, (position <= _END) & (step > _STEP_LEAST), ramp_px)
     color_distance = np.square(near_colors.mean - far_colors.mean).sum(axis=2)
+    # Trust in the colors is 0 to 1: near 1 if the two sides differ more than each of them varies.
     trust = color_distance / (
         color_distance + 2.0 * (near_colors.variance + far_colors.variance) + _NOISE
     )
     to_near, to_far = (np.square(color - it.mean).sum(axis=2) for it in (near_colors, far_colors))
+    # The position of the pixel's color between those of the far side (0) and of the near side (1).
     position_by_color = np.clip(
         0.5 + (to_far - to_near) / (2.0 * np.maximum(color_distance, 1e-6)), 0.0, 1.0
     )
@@ -142,7 +148,7 @@ def sharpen_edges(values: FloatImage, color: FloatImage, ramp_px: int) -> FloatI
 
 
 def _border_narrowing(shape: tuple[int, ...], reach_px: int) -> FloatImage:
-    """Return the factor (H, W), 1 to 2, by which the border narrows the square around a pixel."""
+    """Return the factor (H, W), 1 to 2, by which the border narrows the window around a pixel."""
     height, width = (
         2 * reach_px / np.maximum(_window_length(count, reach_px), 1) for count in shape
     )
@@ -151,21 +157,21 @@ def _border_narrowing(shape: tuple[int, ...], reach_px: int) -> FloatImage:
 
 
 def _window_length(count: int, reach_px: int) -> NDArray[np.int64]:
-    """Return the length of the window around each of `count` pixels, which the border cuts."""
+    """Return the length of the window around each of `count` pixels; the border cuts it off."""
     index = np.arange(count)
     return np.minimum(index + reach_px, count - 1) - np.maximum(index - reach_px, 0)
 
 
 @dataclass(frozen=True, eq=False)
 class _ColorStatistics:
-    """Mean (H, W, 3) and variance (H, W) of the colours around each pixel."""
+    """Mean (H, W, 3) and variance (H, W) of the colors around each pixel."""
 
     mean: FloatImage
     variance: FloatImage
 
 
 def _measure_colors(color: FloatImage, mask: NDArray[np.bool_], reach_px: int) -> _ColorStatistics:
-    """Return mean and variance of the colours in `mask` within `reach_px` pixels of each pixel."""
+    """Return mean and variance of the colors in `mask` within `reach_px` pixels of each pixel."""
     weight = mask.astype(np.float32)[:, :, None]
     total = np.maximum(_box_sum(weight, reach_px), 1e-6)
     mean = _box_sum(color * weight, reach_px) / total
@@ -175,7 +181,7 @@ def _measure_colors(color: FloatImage, mask: NDArray[np.bool_], reach_px: int) -
 
 
 def _slope(values: FloatImage) -> FloatImage:
-    """Return how much the values change from pixel to pixel."""
+    """Return the magnitude of the gradient of values (H, W), per pixel."""
     # A map of one row or column has no slope across it.
     gradients = (
         np.gradient(values, axis=axis) if values.shape[axis] > 1 else np.zeros_like(values)
@@ -190,7 +196,7 @@ def _window_minimum(values: FloatImage, reach_px: int) -> FloatImage:
 
     The window doubles in each step until it is wide enough.
     """
-    for _ in range(2):  # along columns, then along rows
+    for _ in range(2):  # along columns, then along rows; each pass transposes the values
         minimum: FloatImage = np.pad(values, ((reach_px, reach_px), (0, 0)), "edge")
         length, target_length = 1, 2 * reach_px + 1
         while length < target_length:
@@ -202,7 +208,10 @@ def _window_minimum(values: FloatImage, reach_px: int) -> FloatImage:
 
 
 def _box_sum(values: FloatImage, reach_px: int) -> FloatImage:
-    """Return sums over squares of 2 reach + 1 pixels; beyond the border the values are 0."""
+    """Return sums (H, W, C) over squares with sides of 2 `reach_px` + 1 pixels.
+
+    Beyond the border the values are 0.
+    """
     summed: FloatImage = values
     for axis in (0, 1):
         pad = [(reach_px + 1, reach_px) if a == axis else (0, 0) for a in range(3)]

@@ -22,11 +22,12 @@ from heatlens.media.plate.estimate.trusted import check_trusted, content_key
 from heatlens.media.plate.picture.display import encode_srgb
 from heatlens.media.plate.plate import FloatImage
 
-_IMAGENET = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)  # mean and deviation of its pictures
-_AS_IS = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
-_EVEN = (0.5, 0.5, 0.5), (0.5, 0.5, 0.5)
+# Mean and deviation for each color: of the pictures of ImageNet, and two that are the same for all.
+_IMAGENET = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
+_AS_IS = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)  # leaves 0 to 1 unchanged
+_EVEN = (0.5, 0.5, 0.5), (0.5, 0.5, 0.5)  # maps 0 to 1 to -1 to 1
 _SIDE_MOST = 4096  # largest side of an input whose size the network leaves open
-_WHITE_PART = 0.98  # share of the pixels below the white that the network sees
+_WHITE_PART = 0.98  # share of the pixels that are at most as bright as the network's white
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ class Network:
     input_name: str
 
     def prepare_input(self, color: FloatImage) -> FloatImage:
-        """Return light (H, W, 3) as the input of the network, (1, 3, h, w)."""
+        """Return light (H, W, 3) as the input of the network: display values (1, 3, h, w)."""
         height, width = self.size or _choose_input_size(color.shape, self.facts)
         planes = [
             resize_plane(plane, width, height)
@@ -109,7 +110,11 @@ class Network:
 
 
 def network_at(path: str, output: DepthModelOutput) -> Network:
-    """Return the network of a file. Raises InputError if it cannot be loaded."""
+    """Return the network in the file at `path`.
+
+    `output` is the quantity that it estimates; AUTO lets the name of the file decide. Raises
+    InputError if the network cannot be loaded, or if the user did not agree to run it.
+    """
     file = Path(os.path.expanduser(path))
     try:
         status = file.stat()
@@ -122,7 +127,7 @@ def network_at(path: str, output: DepthModelOutput) -> Network:
 
 @lru_cache(maxsize=4)  # large networks take a second to read
 def _cached_key(path: Path, _time_ns: int) -> str:
-    """Return the key of a file's content; a new modification time has it computed again."""
+    """Return the key of a file's content; another `_time_ns` makes it compute the key again."""
     return content_key(path)
 
 

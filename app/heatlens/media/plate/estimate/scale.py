@@ -14,24 +14,24 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.depth.repair import DEPTH_LEAST_M
 from heatlens.media.plate.plate import FloatImage
 
-DIOPTRES_LEAST = 1e-4  # ten kilometres; networks know no infinity
-_ENDS = 0.002, 0.998  # parts of the values of the first frame between which its range lies
+DIOPTRES_LEAST = 1e-4  # ten kilometers; networks know no infinity
+_ENDS = 0.002, 0.998  # quantiles of the first frame's values that count as far and near
 _SAME_COLOR = 0.03  # change of display values below which nothing has moved
 _STILL_LEAST = 0.05  # least share of the picture that must stand still for a fit
-_ROUNDS = 4
+_ROUNDS = 4  # of the fit, each of which reweights the samples
 _SAMPLES = 160  # samples along each side
 
 
 @dataclass(frozen=True)
 class Scale:
-    """Values times `factor` plus `offset` are dioptres, or metres if `is_distance`."""
+    """Values times `factor` plus `offset` are dioptres, or meters if `is_distance`."""
 
     offset: float
     factor: float
     is_distance: bool = False
 
     def dioptres(self, values: FloatImage) -> FloatImage:
-        """Return values as dioptres."""
+        """Return values of the network as dioptres (1 / meters), at least DIOPTRES_LEAST."""
         scaled = self.offset + values * np.float32(self.factor)
         if self.is_distance:
             scaled = 1.0 / np.maximum(scaled, np.float32(DEPTH_LEAST_M))
@@ -64,7 +64,10 @@ def scale_of(
 def _value_at(
     first_values: FloatImage, known_distance: KnownDistance, shape: tuple[int, ...]
 ) -> float:
-    """Return the value of the network at the pixel whose distance is known."""
+    """Return the value of the network at the pixel of the picture whose distance is known.
+
+    `shape` is the shape of the picture. Raises InputError if the pixel is outside it.
+    """
     row, column = (int(at // 1) for at in (known_distance.y_px, known_distance.x_px))
     height, width = shape[:2]
     if not (0 <= row < height and 0 <= column < width):
@@ -77,7 +80,11 @@ def _value_at(
 def _scale_of_disparity(
     first_values: FloatImage, options: PlateOptions, value: float | None
 ) -> Scale:
-    """Return the scale of values that are even over 1/distance, of any scale and shift."""
+    """Return the scale of a disparity: values that are linear in 1/distance.
+
+    The low end of `first_values` becomes far and the high end near. If a distance is known, its
+    pixel, with the network's `value`, decides the factor instead of near.
+    """
     assert options.near_m is not None and options.far_m is not None
     low, high = (float(it) for it in np.quantile(first_values, _ENDS))
     far, near = 1.0 / options.far_m, 1.0 / options.near_m
@@ -89,7 +96,7 @@ def _scale_of_disparity(
 
 @dataclass(frozen=True)
 class Fit:
-    """Raw values times `scale` plus `shift` are on the scale of the first frame."""
+    """A line: raw values times `scale` plus `shift` are on the scale of the first frame."""
 
     scale: float = 1.0
     shift: float = 0.0
@@ -101,13 +108,13 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class FrameEstimate:
-    """The raw estimate of a frame (h, w), and its display colours in the same size (h, w, 3)."""
+    """The raw estimate of a frame (h, w), and its display colors in the same size (h, w, 3)."""
 
     values: FloatImage
     color: FloatImage
 
     def sample_grid(self) -> tuple[FloatImage, FloatImage]:
-        """Return values and colours at up to `_SAMPLES` places a side."""
+        """Return the values and colors at up to `_SAMPLES` pixels along each side."""
         step = max(1, max(self.values.shape) // _SAMPLES)
         return self.values[::step, ::step], self.color[::step, ::step]
 
@@ -141,7 +148,7 @@ def _fit_by_least_squares(
     target: np.ndarray[tuple[int], np.dtype[np.float64]],
     keeps_zero: bool,
 ) -> Fit:
-    """Fit a line, in which points far from it count less and less."""
+    """Fit a line from `frame_values` to `target`; points far from it weigh less in each round."""
     weight, fit = np.ones_like(frame_values), Fit()
     for _ in range(_ROUNDS):
         frame_mean = 0.0 if keeps_zero else float(np.average(frame_values, weights=weight))
@@ -157,6 +164,7 @@ def _fit_by_least_squares(
         distance = np.abs(frame_values * fit.scale + fit.shift - target)
         tolerance = 1.5 * float(np.median(distance)) + 1e-9
         weight = 1.0 / (1.0 + np.square(distance / tolerance))
+    # A negative scale would exchange near and far.
     return fit if fit.scale > 0 else Fit()
 
 
@@ -165,7 +173,10 @@ def _fit_by_spread(
     target: np.ndarray[tuple[int], np.dtype[np.float64]],
     keeps_zero: bool,
 ) -> Fit:
-    """Make the quartiles and the median of the values equal to those of `target`."""
+    """Fit a line that makes the median of the values, and their quartiles, equal to `target`'s.
+
+    With `keeps_zero`, only the median is made equal, by the scale alone.
+    """
     low, middle, high = np.quantile(frame_values, (0.25, 0.5, 0.75))
     to_low, to_middle, to_high = np.quantile(target, (0.25, 0.5, 0.75))
     if keeps_zero:

@@ -19,7 +19,7 @@ from heatlens.media.files.atomic_file import FOR_THE_USER, write_whole
 
 _RUN_ALL_VARIABLE = "HEATLENS_RUN_NETWORKS"  # also for the processes that this one starts
 _MOST_BYTES = 1_000_000  # of the file of remembered networks
-_question_callbacks: list[Callable[[str], bool]] = []
+_question_callbacks: list[Callable[[str], bool]] = []  # at most one: see `set_question`
 
 
 def content_key(path: Path) -> str:
@@ -33,7 +33,10 @@ def allow_all() -> None:
 
 
 def set_question(question: Callable[[str], bool]) -> None:
-    """Ask the user with `question`, which takes a sentence, before a network of a shot is run."""
+    """Set the function that asks the user before a network of a shot is run.
+
+    It takes a question and returns True for yes.
+    """
     _question_callbacks[:] = [question]
 
 
@@ -74,6 +77,7 @@ def _read_remembered() -> list[str]:
 
 
 def _remember(key: str) -> None:
+    """Add a key to the file of remembered networks, unless it is there already."""
     keys = _read_remembered()
     if key in keys:
         return

@@ -1,6 +1,6 @@
 """Read the parts of EXR files, and turn every failure of the library into an InputError.
 
-Deep files are recognised, and the channels of their picture chosen.
+Deep files are recognized here too, and the channels of a deep picture are chosen.
 """
 
 import io
@@ -26,8 +26,8 @@ from heatlens.media.plate.header.channels import (
     list_channels,
 )
 
-_DEEP_FLAG = 1 << 11
-_PICTURE = ("r", "g", "b", "a")
+_DEEP_FLAG = 1 << 11  # of the second word of a file
+_PICTURE = ("r", "g", "b", "a")  # leaf names that a deep picture must have
 # OpenEXR for Python refuses a whole file with an attribute of one of these newer types, although it
 # keeps attributes of types that it does not know at all. heatlens does not need them: they are
 # replaced by texts of the same length with the name "~~~", which are then removed from the header.
@@ -38,7 +38,7 @@ _HIDDEN_NAME = "~"  # the only letter in the names of such texts
 
 @dataclass(frozen=True)
 class DeepChannels:
-    """The channels of a deep picture: colour, alpha, and where samples begin and end.
+    """The channels of a deep picture: color, alpha, and where samples begin and end.
 
     back  None if the file has no ZBack, so that its samples have no thickness
     """
@@ -81,7 +81,8 @@ def choose_deep_channels(
 ) -> DeepChannels:
     """Choose a layer with R, G, B, A and Z among the deep parts, as `choose_color` does.
 
-    Raises InputError that names what the file has.
+    `layer` and `eye` are the user's choices, or None. Raises InputError that names the channels of
+    the file if it has no such layer.
     """
     deep = [ref for ref in list_channels(headers) if is_deep(headers[ref.part])]
     complete = [ref for ref in deep if _has_deep_picture(deep, ref)]
@@ -94,7 +95,7 @@ def choose_deep_channels(
     color = choose_color(path, headers, layer, eye, complete)
     by_leaf = {ref.leaf.lower(): ref for ref in _siblings(deep, color.rgb[0])}
     z = _find_depth(deep, color.rgb[0], "z")
-    assert z is not None  # it is whole
+    assert z is not None  # `_has_deep_picture` has checked it
     return DeepChannels(color, by_leaf["a"], z, _find_depth(deep, color.rgb[0], "zback"))
 
 
@@ -110,7 +111,10 @@ def _siblings(deep: Sequence[ChannelRef], ref: ChannelRef) -> list[ChannelRef]:
 
 
 def _find_depth(deep: Sequence[ChannelRef], ref: ChannelRef, leaf: str) -> ChannelRef | None:
-    """Return Z or ZBack of the layer, or the one that all layers of the part share."""
+    """Return the channel `leaf`, z or zback, of the layer of `ref`, or else the shared one.
+
+    All layers of a part can share a channel without a layer.
+    """
     layer_channels = [other for other in _siblings(deep, ref) if other.leaf.lower() == leaf]
     shared_channels = [
         other for other in deep if other.part == ref.part and other.key.lower() == leaf
@@ -123,7 +127,7 @@ OpenEXR.set_global_thread_count(min(4, os.cpu_count() or 1))
 
 
 def read_parts(path: str | os.PathLike[str]) -> list[Part]:
-    """Read the header and the channels, by their names in the part, of every part of a file.
+    """Read all parts of a file: the header of each, and its channels by their names in the part.
 
     Raises InputError if it is not an EXR file, damaged, cut short or too large for a GPU.
     """
@@ -132,7 +136,8 @@ def read_parts(path: str | os.PathLike[str]) -> list[Part]:
     try:
         with quiet_library():
             headers = [part.header for part in open_parts(path, header_only=True)]
-            # The library only prints a warning for damaged pixels, and drops the part.
+            # For damaged pixels the library only prints a warning, and drops the part. Therefore
+            # the counts of headers and of parts are compared below.
             parts = open_parts(path, separate_channels=True)
         part_list = [(p.header, {n: c.pixels for n, c in p.channels.items()}) for p in parts]
     except (RuntimeError, ValueError, KeyError, TypeError, OSError, MemoryError) as error:

@@ -26,9 +26,10 @@ MAX_SIDE_PX = 16384
 MAX_CHANNELS = 4096  # channels in all parts; the library takes minutes for many more
 MAX_BYTES = 16_000_000_000  # memory of all pixels
 _TILE_LEAST_PX = 4096  # even small pictures may be stored in tiles of the usual sizes
-_DEEP_PIXEL_BYTES = 32  # for a pixel without samples: its count, colour and depth
-# The greatest ratio of each compression, by its number in the file: measured on black pictures,
-# with a tenth or more added. Compressions that are not listed have no such bound.
+_DEEP_PIXEL_BYTES = 32  # for a pixel without samples: its count, color and depth
+# The greatest ratio of unpacked to packed bytes of each compression, by its number in the file:
+# measured on black pictures, with a tenth or more added. Compressions that are not listed have no
+# such bound.
 _COMPRESSION_RATIO_MOST = {0: 1, 1: 70, 2: 1100, 3: 1100, 4: 1100, 5: 1500, 6: 4, 7: 16}
 
 RawHeader = dict[str, bytes]
@@ -54,7 +55,7 @@ class RawChannel:
 
 
 def scan_attributes(file: BinaryIO) -> Iterator[tuple[int, int, str, int]]:
-    """Yield for each attribute of all parts: its offset, that of its type, its type and its end.
+    """Yield the offsets of each attribute of all parts: (start, type start, type, end).
 
     Offsets are in bytes from the start of the file. Raises CutError if the headers are incomplete.
     """
@@ -63,6 +64,7 @@ def scan_attributes(file: BinaryIO) -> Iterator[tuple[int, int, str, int]]:
     is_in_part = True
     while True:
         start = file.tell()
+        # An empty name ends a part; in a file of several parts, a second one ends the headers.
         if not _read_name(file):
             if not flags & _MULTI_PART_FLAG or not is_in_part:
                 return
@@ -226,7 +228,10 @@ def check_sides(what: str, width: int, height: int) -> None:
 
 
 def _check_tiles(path: Path, header: RawHeader) -> None:
-    """Refuse huge tiles, because the library keeps whole tiles, even outside the picture."""
+    """Raise InputError for huge tiles, because the library keeps whole tiles in memory.
+
+    It does so even for tiles that reach outside the picture.
+    """
     if "tiles" not in header:
         return
     width, height = struct.unpack_from("<II", header["tiles"])
@@ -252,7 +257,7 @@ def _pixel_bytes(path: Path, header: RawHeader) -> int:
 
 
 def _check_claimed_size(path: Path, header: RawHeader, file_bytes: int) -> None:
-    """Refuse a file that is too short for the size that its header claims."""
+    """Raise InputError for a file that is too short for the size that its header claims."""
     greatest_ratio = _COMPRESSION_RATIO_MOST.get(header["compression"][0])
     if greatest_ratio is None or header.get("type", b"").startswith(b"deep"):
         return

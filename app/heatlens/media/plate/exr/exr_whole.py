@@ -13,6 +13,7 @@ from typing import BinaryIO
 from heatlens.core.base.paths import open_regular_file
 from heatlens.media.plate.exr.exr_scan import RawHeader, scan_headers
 
+# Lines in a chunk of each compression, by its number in the file.
 _LINES_OF_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}
 _DEEP_SIZES = "<3Q"  # bytes of the packed table, the packed samples and the unpacked samples
 
@@ -46,9 +47,9 @@ def end_of_chunks(file: BinaryIO) -> int | None:
 
 
 def _chunk_count(header: RawHeader) -> int | None:
-    """Return the number of chunks in a part.
+    """Return the number of chunks in a part; None if it is unknown.
 
-    None for levels of detail, and for compressions newer than this table.
+    It is unknown for levels of detail, and for compressions that _LINES_OF_CHUNK lacks.
     """
     if "chunkCount" in header:
         return int(struct.unpack("<i", header["chunkCount"])[0])
@@ -65,7 +66,7 @@ def _chunk_count(header: RawHeader) -> int | None:
 
 
 def _divide_rounding_up(length: int, size: int) -> int:
-    """Return how many pieces of a size cover `length`."""
+    """Return how many pieces of `size` cover `length`."""
     return -(-length // size)
 
 
@@ -84,7 +85,7 @@ def _end_of_chunk(file: BinaryIO, offset: int, header: RawHeader, has_part_numbe
 
 
 def find_incomplete(paths: Iterator[Path]) -> list[Path]:
-    """Return the `paths` of empty files, and of EXR files that lack pixels; others are not read.
+    """Return those of `paths` that are empty files, or EXR files that lack pixels.
 
     A missing file is left out, because it is reported when it is read.
     """

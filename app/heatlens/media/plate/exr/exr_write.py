@@ -37,9 +37,10 @@ def write_exr(
     compression: str = "zip",
     unchanged: Mapping[str, NDArray[np.generic]] | None = None,
 ) -> None:
-    """Write `channels` by name, each (H, W) over `data_window`; Z, depth and coc stay float.
+    """Write `channels` by name, each (H, W) over `data_window`, as half floats if `half`.
 
-    The channels of `unchanged` are written in their own type: half, float or integers.
+    Z, depth and coc stay float. The channels of `unchanged` are written in their own type: half,
+    float or integers.
 
     Half values are clamped to +-65504, so that nothing bright becomes infinite. Attributes that
     the library cannot write (bytes, and in older versions rationals) are left out. Raises
@@ -65,7 +66,7 @@ def build_header(
     display_window: Box,
     pixel_aspect_ratio: float,
 ) -> dict[str, object]:
-    """Return the header of a part: the attributes that can be written, and its windows."""
+    """Return the header of a part: the attributes that the library can write, and the windows."""
     return writable_attributes(attributes) | {
         "dataWindow": make_header_window(data_window),
         "displayWindow": make_header_window(display_window),
@@ -92,6 +93,8 @@ def _prepare_channel(
     name: str, values: NDArray[np.generic], shape: tuple[int, int], half: bool
 ) -> NDArray[np.generic]:
     """Return `values` in the type and memory order of the file.
+
+    Raises InputError if they do not have `shape`.
 
     The array must be contiguous: the library writes the memory of a view, not its elements.
     """
@@ -132,7 +135,7 @@ def _can_write(name: str, value: object) -> bool:
 
 
 def behind_path(pattern: Path, plate: Path) -> Path:
-    """Return the file for a plate: a pattern takes the frame number in the plate's name.
+    """Return the file of hidden surfaces for a plate; a pattern takes the plate's frame number.
 
     Raises InputError for a name that is not an EXR, and where the plate has no number.
     """
@@ -147,7 +150,7 @@ def behind_path(pattern: Path, plate: Path) -> Path:
 
 
 def write_behind(path: Path, layers: Sequence[Plate]) -> None:
-    """Write R, G, B, A and Z of the nearest surfaces, and of the next as a layer `behind`.
+    """Write the nearest surfaces as R, G, B, A and Z, and the next ones as the layer `behind`.
 
     Raises InputError if there are none, or the file cannot be written.
     """

@@ -1,6 +1,6 @@
 """Read and write the lens in an EXR header, by the OpenEXR list of standard attributes.
 
-The focus distance is in metres; focal length and sensor size are in millimetres.
+The focus distance is in meters; focal length and sensor size are in millimeters.
 """
 
 import math
@@ -34,7 +34,7 @@ def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
     """Return the lens values of `headers`; the first header that has a value decides it.
 
     A value that no lens can have (zero, negative, not a number) counts as missing, and `refused`
-    names it; only the focus may be infinite.
+    of the result says why. Only the focus may be infinite.
     """
     values: Values = {}
     sources: dict[str, str] = {}
@@ -87,7 +87,10 @@ def _shorten_value(value: object) -> str:
 def _add_lens_of_shoot(
     headers: Sequence[Header], values: dict[str, object], sources: dict[str, str]
 ) -> None:
-    """Add values from the metadata of cameras on set; a T-stop stands in for a missing f-stop."""
+    """Add values from the metadata of cameras on set that `values` lacks, with their sources.
+
+    A T-stop stands in for a missing f-stop.
+    """
     entries = {n: v for header in reversed(headers) for n, v in header.items() if is_shoot_entry(n)}
     lens = read_shoot_lens(entries) if entries else ShootLens()
     for name in _ATTRIBUTES:
@@ -154,7 +157,7 @@ def lens_attributes(
 
 
 def _first_number(headers: Sequence[Header], attribute: str, allow_infinite: bool) -> float | None:
-    """Return the first usable value of `attribute`."""
+    """Return the first usable value of `attribute` in the headers; None if there is none."""
     for header in headers:
         value = header.get(attribute)
         if isinstance(value, int | float) and _is_usable(value, allow_infinite):
@@ -163,7 +166,7 @@ def _first_number(headers: Sequence[Header], attribute: str, allow_infinite: boo
 
 
 def _first_sensor_side(headers: Sequence[Header], axis: int) -> float | None:
-    """Return the width (axis 0) or height (axis 1) of the sensor in millimetres."""
+    """Return the first usable width (axis 0) or height (axis 1) of the sensor, in millimeters."""
     for header in headers:
         size = np.asarray(header.get(_SENSOR, ()))
         if size.shape == (2,) and size.dtype.kind in "if" and _is_usable(size[axis], False):

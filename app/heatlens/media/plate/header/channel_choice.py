@@ -1,4 +1,4 @@
-"""Choose the channels of a file that hold colour and depth, by a ranking of their names."""
+"""Choose the channels of a file that hold color and depth, by a ranking of their names."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -37,7 +37,7 @@ DEPTH_WORDS = (
 # In Mitsuba the distance along the ray is called T, whatever the layer.
 _MITSUBA_WORDS = ("t",)
 _COC_WORDS = ("coc", "cocpx", "circleofconfusion")
-# Leaf names that renderers give to the only channel of a layer, or to grey written three times.
+# Leaf names that renderers give to the only channel of a layer, or to gray written three times.
 _VALUE_LEAVES = ("", "z", "v", "y", "r", "x", "red", "value", "t")
 _LETTERS = {"r": "r", "red": "r", "g": "g", "green": "g", "b": "b", "blue": "b"}
 _LETTERS |= {"a": "a", "alpha": "a"}
@@ -49,7 +49,7 @@ class NoDepthError(InputError):
 
 @dataclass(frozen=True)
 class ColorChoice:
-    """The channels for red, green, blue and alpha; luminance fills all three colours.
+    """The channels for red, green, blue and alpha; a luminance stands for all three colors.
 
     `notes` tell the user how they were chosen where that is not obvious.
     """
@@ -72,7 +72,7 @@ def choose_color(
     eye: str | None = None,
     candidates: Sequence[ChannelRef] | None = None,
 ) -> ColorChoice:
-    """Choose the colour channels of `layer`, or of the most likely layer if that is None.
+    """Choose the color channels of `layer`, or of the most likely layer if that is None.
 
     They are chosen from `candidates`, or from all flat channels if that is None. In a stereo file
     they belong to the view `eye`; if that is None, to the first view, and a note says so. Raises
@@ -122,7 +122,7 @@ def choose_depth(
     """Choose the depth channel: `name`, or the most likely one if that is None.
 
     With `prefers_coc`, a circle of confusion is preferred over a depth. The depth of another view
-    than the colour's is never chosen; among equally good names the one closest to the colour wins
+    than the color's is never chosen; among equally good names the one closest to the color wins
     (same layer tree, then same part). Raises InputError that names what was looked for and what the
     file has.
     """
@@ -160,7 +160,7 @@ def _find_view(path: Path, views: Sequence[str], eye: str | None) -> str | None:
 
 
 def _layers_of_view(layers: Mapping[str, ColorChoice], view: str) -> dict[str, ColorChoice]:
-    """Return the layers of a view; where it has none, those of all views."""
+    """Return the layers of a view, by name; if it has none, those that belong to all views."""
     view_layers = {name: choice for name, choice in layers.items() if choice.view == view}
     return view_layers or {name: choice for name, choice in layers.items() if not choice.view}
 
@@ -196,7 +196,7 @@ def _color_layers(usable: Sequence[ChannelRef]) -> dict[str, ColorChoice]:
 
 
 def _color_rank(choice: ColorChoice, has_many_parts: bool) -> tuple[int, int]:
-    """Return a sort key: the lowest is most likely the finished picture; ties keep file order."""
+    """Return a sort key: the lowest is the likeliest finished picture; ties keep file order."""
     leaf = _last_component(choice.rgb[0].plain_layer)
     if leaf in _COLOR_LAYERS:
         return _COLOR_LAYERS.index(leaf), choice.rgb[0].part

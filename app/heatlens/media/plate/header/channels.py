@@ -31,7 +31,13 @@ _BEHIND = re.compile(r"behind(\.\d+)?$", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class ChannelRef:
-    """One channel: the part it is in, its name there, its full name, and its view, "" for none."""
+    """A channel.
+
+    part       number of the part that holds it
+    key        its name in the part
+    full_name  `layer.leaf`
+    view       the stereo view that it belongs to; "" for none
+    """
 
     part: int
     key: str
@@ -104,7 +110,7 @@ def behind_layers(parts: Sequence[Part]) -> tuple[str, ...]:
 
 
 def pixels_of(parts: Sequence[Part], ref: ChannelRef) -> NDArray[np.generic]:
-    """Return the channel's values (H, W), float16, float32 or uint32 as in the file."""
+    """Return the values (H, W) of a channel in the type of the file: float16, float32 or uint32."""
     pixels: NDArray[np.generic] = parts[ref.part][1][ref.key]
     return pixels
 
@@ -127,7 +133,10 @@ def unusable_sentence(headers: Sequence[Header]) -> str:
 
 
 def _full_name(header: Header, key: str, has_many_parts: bool) -> str:
-    """Return `layer.leaf`; the part's name serves as the layer of a channel that names none."""
+    """Return the full name, `layer.leaf`, of the channel `key`.
+
+    In a file of several parts, the part's name is the layer of a channel that names none.
+    """
     part_name = str(header.get("name", ""))
     if not has_many_parts or not part_name or key.lower().startswith(f"{part_name.lower()}."):
         return key
@@ -165,10 +174,10 @@ def view_of(header: Mapping[str, object], full_name: str, views: Sequence[str]) 
 
 
 def without_view(name: str, view: str) -> str:
-    """Remove the name of the view: `rgba_left` and `left.rgba` become `rgba`."""
+    """Return a name without the view's: `rgba_left` and `left.rgba` become `rgba`."""
     if not view:
         return name
-    words = re.split(r"([-._ ])", name)
+    words = re.split(r"([-._ ])", name)  # words at even indices, separators between them
     kept_indices = [i for i in range(0, len(words), 2) if words[i].lower() != view.lower()]
     return "".join(words[i] + (words[i + 1] if i != kept_indices[-1] else "") for i in kept_indices)
 

@@ -133,7 +133,7 @@ def blurred_notes(path: Path, header: Header, is_strict: bool = False) -> tuple[
 class PictureFacts:
     """Facts about a picture besides its pixels.
 
-    notes       sentences about the colour
+    notes       sentences about the color
     full_scale  value of white of a depth in integers, None for floating point
     convention  convention of the depth if the file states it, else None
     why         one sentence on how the convention is known
@@ -152,7 +152,7 @@ def picture_facts(header: Header) -> PictureFacts | None:
 
 
 def notes_of(header: Header) -> tuple[str, ...]:
-    """Return notes about the colours of a photo or picture; none for an EXR."""
+    """Return notes about the colors of a photo or picture; none for an EXR."""
     facts = picture_facts(header)
     return () if facts is None else facts.notes
 

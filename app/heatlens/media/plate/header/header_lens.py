@@ -88,7 +88,7 @@ def _is_possible(name: str, value: float | None) -> bool:
 def _choose_focus(
     plate: Plate, given_fields: Mapping[str, Any], values: Mapping[str, Any]
 ) -> tuple[float, str]:
-    """Return the focus distance in metres and its source.
+    """Return the focus distance in meters and its source.
 
     It is the given one, that of the header, or the depth in the middle of the picture.
     """

@@ -1,6 +1,6 @@
-"""Read where the camera stands from an EXR header.
+"""Read the position and direction of the camera from an EXR header.
 
-Here p_camera = M p_world acts on columns, lengths are metres, and the camera has x to the right,
+Here p_camera = M p_world acts on columns, lengths are meters, and the camera has x to the right,
 y up and looks along -z.
 """
 
@@ -30,7 +30,7 @@ def find_placement(headers: Sequence[Header]) -> Array | None:
 
 
 def read_rigid_placement(attributes: Header, scene_unit_m: float) -> Array | None:
-    """Return world to camera in metres from a header; None if it has no rigid matrix."""
+    """Return the world-to-camera matrix in meters from a header; None if it has no rigid one."""
     attribute = find_placement([attributes])
     if attribute is None:
         return None
@@ -63,7 +63,7 @@ def convert_from_exr(attribute: Array, scene_unit_m: float) -> tuple[Array, bool
     In OpenEXR's standard attributes points are rows and the camera looks along +z, so that a
     right-handed world is mirrored on its way into the camera. If the matrix does not mirror, the
     world is left-handed, as RenderMan's can be; its z axis is then reversed. The result is in
-    metres and acts on columns.
+    meters and acts on columns.
     """
     matrix = _Z_BACKWARD @ np.asarray(attribute, np.float64).T
     is_left_handed = bool(np.linalg.det(matrix[:3, :3]) < 0)

@@ -1,4 +1,4 @@
-"""Find the colour space of an EXR file from the primaries or the name in its header.
+"""Find the color space of an EXR file from the primaries or the name in its header.
 
 The attributes come from the OpenEXR list of standard attributes, where `chromaticities` holds CIE
 x and y of red, green, blue and white; the identifiers are those of the Color Interop Forum. By the

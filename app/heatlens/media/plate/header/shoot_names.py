@@ -28,8 +28,8 @@ _LINEAR_IRIS = ("lenslineariris",)  # ARRI: thousandths of a stop, 1000 is T1
 _SQUEEZE = ("lenssqueeze", "lenssqueezefactor", "anamorphicsqueeze", "squeeze")
 _UNDERSTOOD = "Focus Distance, Focal Length, F-Stop, T-Stop, Iris, Squeeze"
 _LENS_WORDS = re.compile(r"lens|foc|fok|iris|stop|apert|blend|zoom|brenn|dist", re.IGNORECASE)
-_FAR_FROM = 1000.0
-_ROUNDING = 0.05  # two columns may round the same value differently
+_FAR_FROM = 1000.0  # all larger values count as equal
+_ROUNDING = 0.05  # relative difference: two columns may round the same value differently
 _DISTANCE_UNIT = ("lensdistanceunit", "distanceunit", "lensunit")
 _UNITS_M = {
     **dict.fromkeys(("m", "meter", "metre", "meters", "metres", "metric"), 1.0),
@@ -53,7 +53,7 @@ class ShootLens:
     """The values of a lens in the metadata of one frame; None for missing ones.
 
     sources     field -> the name of the entry that gave it
-    has_unit    False if the distance had no unit and metres were assumed
+    has_unit    False if the distance had no unit and meters were assumed
     unreadable  field -> the name of an entry whose value cannot be read, where no other gave one
     conflicts   field -> the name of an entry with a value other than the one used
     """
@@ -74,7 +74,7 @@ def read_shoot_lens(
 ) -> ShootLens:
     """Return the lens values in the entries of a header or the cells of a table row.
 
-    `unit_m` is the length in metres of the unit of distances, for metadata that does not name one,
+    `unit_m` is the length in meters of the unit of distances, for metadata that does not name one,
     and `user_unit_m` that of the unit that the user chose. A unit written with a value takes
     precedence over `user_unit_m`, and that over the unit in a name. Zero, which cameras write for
     unknown values, counts as missing. Impossible values count as unreadable.
@@ -111,7 +111,7 @@ class _Entries:
         self._names = {_normalize_name(name): name for name in entries}
 
     def read_values(self) -> Iterator[tuple[str, str, float | None]]:
-        """Yield field, entry and value of each entry that is known; None for an unreadable one."""
+        """Yield (field, entry name, value) of each known entry; value is None if unreadable."""
         readers: tuple[tuple[str, tuple[str, ...], Callable[[str], float | None]], ...] = (
             ("focus_distance_m", _FOCUS, self._read_metres),
             ("focal_length_mm", _LENGTH, self._read_millimetres),
@@ -128,13 +128,13 @@ class _Entries:
                     yield target, name, read_value(name)
 
     def unit_of(self, name: str) -> float | None:
-        """Return the metres in the unit of the distance `name`; None if the unit is unknown."""
+        """Return the length in meters of the unit of distance `name`; None if it is unknown."""
         length = parse_distance(self._entries[name])
         written_unit_m = None if length is None else length.unit_m
         return written_unit_m or self._user_unit_m or self._named_unit_of(name) or self._unit_m
 
     def _named_unit_of(self, name: str) -> float | None:
-        """Return the metres in the unit that the name, or an entry for all distances, states."""
+        """Return the length in meters of the unit that the name, or an entry for all, states."""
         unit_in_name_m = _named_unit(name)
         if unit_in_name_m is not None:
             return unit_in_name_m
@@ -191,27 +191,28 @@ def _drop_unit(match: re.Match[str]) -> str:
 
 
 def _named_unit(name: str) -> float | None:
-    """Return the metres in the unit at the end of a name, as in "Focus (ft)"; None without one."""
+    """Return the length in meters of the unit that ends a name, as in "Focus (ft)"; else None."""
     match = _UNIT_AT_END.search(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower())
     return None if match is None else _UNITS_M.get(match[1] or match[2])
 
 
 @dataclass(frozen=True)
 class Length:
-    """A length above zero as it was written; `unit_m` is None for a number without a unit.
+    """A length above zero as it was written.
 
-    `value` counts metres where `unit_m` is not None, and unknown units otherwise.
+    `unit_m` is 1.0 if the text had a unit, and `value` is then in meters. It is None for a number
+    without a unit, whose unit is unknown.
     """
 
     value: float
     unit_m: float | None
 
     def in_metres(self, bare_m: float) -> float:
-        """Return metres; a number without a unit counts units of `bare_m` metres."""
+        """Return meters; `bare_m` is the length in meters of the unit of a number without one."""
         return self.value * (bare_m if self.unit_m is None else 1.0)
 
     def in_millimetres(self, bare_m: float | None) -> float:
-        """Return millimetres, which a number without a unit counts where `bare_m` is None."""
+        """Return millimeters; `bare_m` is as in `in_metres`, and None stands for millimeters."""
         if self.unit_m is None and bare_m in (None, _MILLIMETRE_M):
             return self.value
         return self.in_metres(bare_m or 1.0) / _MILLIMETRE_M
@@ -228,7 +229,7 @@ def is_missing(value: object) -> bool:
 def parse_distance(value: object) -> Length | None:
     """Return a distance, which may be infinite but not zero; None if it cannot be read."""
     if isinstance(value, int | float):
-        return Length(float(value), None) if value >= _LEAST else None
+        return Length(float(value), None) if value >= _LEAST else None  # the unit is not stated
     text = str(value)
     try:
         distance_m = parse_distance_m(text)
@@ -236,6 +237,7 @@ def parse_distance(value: object) -> Length | None:
         return None
     if distance_m < _LEAST:
         return None
+    # A text with a unit has been converted to meters; a bare number has no unit.
     return Length(distance_m, None if is_bare_number(text) else 1.0)
 
 

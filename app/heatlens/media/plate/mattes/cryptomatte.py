@@ -22,9 +22,10 @@ from heatlens.media.plate.header.channels import ChannelRef, Header, Part, flat_
 from heatlens.media.plate.plate import FloatImage
 
 METADATA = "cryptomatte/"  # prefix of the attributes
+# Bits of the exponent of a float32: if all are 0 or all are 1, the float is not a normal number.
 _EXPONENT, _EXPONENT_LOWEST_BIT = 0x7F800000, 1 << 23
 _LEAVES = {"r": 0, "red": 0, "g": 1, "green": 1, "b": 2, "blue": 2, "a": 3, "alpha": 3}
-_HEX = 16
+_HEX = 16  # base of the ids in a manifest
 _ID_MOST = 0xFFFFFFFF
 _MANIFEST_MOST_BYTES = 64_000_000
 _ID_PATTERN = re.compile(r"(?:#|0x)?[0-9a-f]{8}", re.IGNORECASE)

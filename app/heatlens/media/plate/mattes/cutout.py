@@ -1,7 +1,7 @@
-"""Cut a thing that stays sharp out of a plate by its matte; the rest is blurred without it.
+"""Cut a thing that stays sharp out of a plate by its matte; only the rest is blurred.
 
-The thing and the rest together are the plate: a pixel at the edge of the matte belongs to both, by
-the share that the matte gives.
+A share is the part of a pixel, 0 to 1, that the kept thing covers. The thing and the rest together
+are the plate: a pixel at the edge of the matte belongs to both, by the share that the matte gives.
 """
 
 from dataclasses import dataclass, replace
@@ -16,8 +16,8 @@ from heatlens.media.plate.windows import move_to_window
 _ROUNDING = 0.002  # a share this close to 0 or 1 is rounded to it
 _DEPTH_RATIO = 0.95  # distances within this ratio are those of one surface
 _JUMP_PX = 3.0  # circles of confusion within this difference are those of one surface
-# Shares from which the background of a pixel is guessed in part, and guessed alone; below, it is
-# computed from the pixel.
+# Kept shares from which the background of a pixel is guessed in part, and guessed alone; below the
+# first, it is computed from the pixel.
 _GUESS_FROM, _GUESS_ONLY_FROM = 0.3, 0.7
 # The margin around the thing: this many pixels plus 1/16 of the larger side of the picture.
 _MARGIN_PX, _MARGIN_PART = 32, 16
@@ -29,7 +29,10 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class _NearnessPicture:
-    """Pixels with their nearness: dioptres, or circles of confusion with the sign reversed."""
+    """Pixels with their nearness, which is larger for nearer surfaces.
+
+    It is in dioptres, or the circle of confusion in pixels with the sign reversed if `is_coc`.
+    """
 
     color: FloatImage
     nearness: FloatImage
@@ -44,7 +47,7 @@ class _NearnessPicture:
         return _NearnessPicture(pixels.color, np.float32(1) / pixels.depth_m, is_coc=False)
 
     def convert_to_depth(self, nearness: FloatImage) -> FloatImage:
-        """Return depths in metres, or circles of confusion in pixels, for a nearness (H, W)."""
+        """Return depths in meters, or circles of confusion in pixels, for a nearness (H, W)."""
         if self.is_coc:
             return -nearness
         with np.errstate(divide="ignore"):
@@ -72,19 +75,19 @@ class _NearnessPicture:
         return -_fill_unknown(-self.nearness[..., None], known, is_mean=False)[..., 0]
 
     def fill_mean_color(self, known: Mask) -> FloatImage:
-        """Return the colour; unknown pixels get the mean of the known ones nearby."""
+        """Return the color (H, W, C); unknown pixels get the mean of the known ones nearby."""
         return _fill_unknown(self.color, known)
 
 
-# Of a mixed pixel only the share of the matte is known: the two colours are guessed from unmixed
+# Of a mixed pixel only the share of the matte is known: the two colors are guessed from unmixed
 # pixels around it. Only the surroundings of the thing are processed: a plate of 3840 x 2160 with a
 # title of a third of its width took 1.9 s of one processor instead of 8.5 s, and 0.74 GB instead of
 # 1.6 GB.
 def cut_out(pixels: Pixels, share: FloatImage, blurs_only_rest: bool = False) -> Cutout:
     """Return the cutout of a picture; `share` (H, W) is the part of each pixel that stays sharp.
 
-    With `blurs_only_rest`, all that is not the rest stays sharp as the ground of the rest, and the
-    rest blurs over this ground.
+    With `blurs_only_rest`, the rest alone blurs, over its ground: all that is not the rest, which
+    stays sharp and is continued behind the rest.
     """
     share = np.where(share > 1 - _ROUNDING, 1, np.where(share < _ROUNDING, 0, share)).astype(
         np.float32
@@ -135,7 +138,7 @@ class _SplitPicture:
     is_front       pixels without the thing, which lie in front of it
     is_back        pixels without the thing, which lie behind it or next to it
     is_open        pixels of the thing behind which the rest may continue
-    rest           colours of the rest, without the thing where `is_open`
+    rest           colors of the rest, without the thing where `is_open`
     rest_nearness  nearness of the rest
     """
 
@@ -172,7 +175,7 @@ class _SplitPicture:
         )
 
     def cut_out_kept(self) -> Cutout:
-        """Return the cutout of the thing, which continues behind nearer surfaces, and the rest."""
+        """Return the cutout of the thing, continued behind nearer surfaces, and the rest."""
         share = self.share
         kept_color = _kept_color(self.picture, self.share)
         color = self.picture.color
@@ -183,6 +186,7 @@ class _SplitPicture:
         light = np.where(
             continued_share[..., None] > 0, continued_share[..., None] * kept_color, light
         )
+        # In a mixed pixel at a nearer surface, replace the light of the thing by the background.
         behind_color = self.picture.fill_mean_color(self.is_back)
         rest_under = np.maximum(color + share[..., None] * (behind_color - kept_color), 0)
         is_rest_under = is_mixed & self.is_open
@@ -217,17 +221,17 @@ class _SplitPicture:
 
 
 def _kept_color(picture: _NearnessPicture, share: FloatImage) -> FloatImage:
-    """Return the colour of the kept thing, continued over the pixels around it."""
+    """Return the color of the kept thing, continued over the pixels around it."""
     return picture.fill_mean_color(share == 1 if (share == 1).any() else share > 0)
 
 
 # The background is the rest of the light divided by the rest of the share. This division amplifies
-# noise and the error of the guessed colour without bound as the divisor goes to 0. So from a kept
+# noise and the error of the guessed color without bound as the divisor goes to 0. So from a kept
 # share of 0.3 on, the guessed background is mixed in, and from 0.7 on it is used alone.
 def _unmix_background(
     color: FloatImage, share: FloatImage, kept_color: FloatImage, guessed_background: FloatImage
 ) -> FloatImage:
-    """Return the colour of the background in mixed pixels.
+    """Return the color of the background in mixed pixels.
 
     The background never gives more light than the whole pixel has.
     """
@@ -242,7 +246,10 @@ def _unmix_background(
 
 
 def _share_nearby(share: FloatImage, known: Mask) -> FloatImage:
-    """Return how near each pixel (H, W) is to known pixels with a share of 1, as 0 to 1."""
+    """Return how close each pixel (H, W) is to known pixels with a share of 1: 0 to 1.
+
+    `known` marks the pixels whose share counts.
+    """
     level = _fill_unknown(share[..., None], known)[..., 0]
     nearness_share: FloatImage = np.clip((level - _CONTINUES_FROM) / (1 - _CONTINUES_FROM), 0, 1)
     return nearness_share
@@ -259,13 +266,14 @@ def _grow_mask(mask: Mask) -> Mask:
 
 
 # A pyramid fills holes of any size in a few passes without seams; repeating a filter of one pixel
-# would need as many passes as the hole is wide. Unknown colours become the mean of their
-# neighbours. Unknown depths become the least, because the mean of two depths lies on no surface.
+# would need as many passes as the hole is wide. Unknown colors become the mean of their
+# neighbors. Unknown depths become the least, because the mean of two depths lies on no surface.
 def _fill_unknown(values: FloatImage, known: Mask, is_mean: bool = True) -> FloatImage:
-    """Return values (H, W, C) in which unknown pixels are the mean of the nearest known ones.
+    """Return values (H, W, C) in which unknown pixels are the mean of the known ones nearby.
 
-    The means come from pictures of half the size, a quarter, and so on. Without `is_mean`, unknown
-    pixels are the least of the known ones. Where nothing is known they are 0, or infinity.
+    The means come from the known pixels of pictures of half the size, a quarter, and so on. Without
+    `is_mean`, unknown pixels get the least of the known values instead. Where nothing is known
+    they are 0, or infinity without `is_mean`.
     """
     values = np.where(known[..., None], values, np.float32(0 if is_mean else np.inf))
     if known.all() or max(known.shape) == 1:
@@ -289,7 +297,7 @@ def _group_in_fours(values: FloatImage) -> FloatImage:
 
 
 def _double_size(values: FloatImage, axis: int) -> FloatImage:
-    """Return values enlarged by two along an axis, and interpolated between their middles."""
+    """Return values twice as long along an axis, interpolated between the middles of pixels."""
     last_index = values.shape[axis] - 1
     neighbour_index = np.arange(2 * last_index + 2) // 2 + np.tile([-1, 1], last_index + 1)
     neighbours = np.take(values, np.clip(neighbour_index, 0, last_index), axis)
@@ -331,7 +339,7 @@ def extend_cutout(plate: Plate, wide_plate: Plate) -> Plate:
 
 
 def _stored_depth(pixels: Pixels) -> FloatImage:
-    """Return depths in metres, or circles of confusion in pixels, as the pixels hold them."""
+    """Return depths in meters, or circles of confusion in pixels, as the pixels hold them."""
     depth = pixels.coc_px if pixels.depth_m is None else pixels.depth_m
     assert depth is not None
     return depth

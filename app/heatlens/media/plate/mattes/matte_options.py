@@ -68,7 +68,7 @@ def _fit_plane(inside: NDArray[np.bool_], dioptres: NDArray[np.float64]) -> NDAr
 
 
 def with_cutout(plate: Plate, options: PlateOptions) -> Plate:
-    """Return the plate with the things cut out that its options keep from the blur.
+    """Return the plate with a cutout of the things that its options keep from the blur.
 
     A frame without the thing stays as it is. Raises InputError as `matte_in_frame` does, and for a
     deep plate, whose pixels are split into samples already.

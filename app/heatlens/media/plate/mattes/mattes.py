@@ -221,11 +221,11 @@ _NEAREST_SHARE = 0.98  # share of the coverage behind the nearest part: ignores 
 
 
 def thing_distance_m(plate: Plate, text: str, part: MattePart) -> float | None:
-    """Return the distance of an object in metres; None where it is hidden or out of the frame.
+    """Return the distance of an object in meters; None where it is hidden or out of the frame.
 
-    Its middle is the median of its visible pixels, in dioptres, and its nearest part is the depth
-    behind which 98 % of it lies; both are weighted by coverage. Raises InputError for a plate
-    without distances, and as `read_matte` does.
+    `part` chooses its middle, the median of its visible pixels in dioptres, or its nearest part,
+    the depth behind which 98 % of it lies; both are weighted by coverage. Raises InputError for a
+    plate without distances, and as `read_matte` does.
     """
     if not plate.has_distances:
         raise no_distances_error(plate)
@@ -235,7 +235,7 @@ def thing_distance_m(plate: Plate, text: str, part: MattePart) -> float | None:
 
 
 def distance_by_matte_m(matte: FloatImage, depth_m: FloatImage, part: MattePart) -> float | None:
-    """Return what `thing_distance_m` does, from a matte and depths in metres, both (H, W)."""
+    """Return what `thing_distance_m` does, from a matte and depths in meters, both (H, W)."""
     is_measured = matte > 0
     if float(matte.sum()) < LEAST_PX:
         return None

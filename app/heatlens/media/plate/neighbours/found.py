@@ -1,6 +1,6 @@
-"""Find the hidden surfaces and the border of a frame in the neighbouring frames.
+"""Find the hidden surfaces and the border of a frame in the neighboring frames.
 
-The colour of a hidden point is the one that these frames agree on.
+The color of a hidden point is the one that these frames agree on.
 """
 
 from collections.abc import Sequence
@@ -41,14 +41,14 @@ from heatlens.media.plate.neighbours.view import (
 )
 from heatlens.media.plate.plate import FloatImage, Plate, ReadPixels
 
-_NAMES = ("What neighbouring frames show", "What they show behind that")
-_CANDIDATES_MOST = 4  # candidates; some are rejected later
-_OPAQUE_WEIGHT = 0.25  # total weight of the frames from which a point is opaque; below it fades
+_NAMES = ("What neighbouring frames show", "What they show behind that")  # one for each layer
+_CANDIDATES_MOST = 4  # surfaces tried at each pixel, of which some are rejected later
+_OPAQUE_WEIGHT = 0.25  # total weight of frames from which a found point is opaque; less fades it
 
 
 @dataclass(frozen=True, eq=False)
 class NeighbourResult:
-    """A plate with the surfaces found in its neighbours.
+    """A plate with the surfaces found in its neighbors.
 
     plate        with the found surfaces behind the picture, and the border in `Plate.beyond`
     hidden_part  share of the pixels hidden by near silhouettes whose surface was found, 0..1
@@ -64,14 +64,15 @@ class NeighbourResult:
     layers: tuple[Plate, ...] = ()
 
 
-# Neighbouring frames show surfaces that a silhouette hides in this one. One neighbour on either
+# Neighboring frames show surfaces that a silhouette hides in this one. One neighbor on either
 # side improved a fence from FLIP .110 to .085, more than any method on one plate alone; four
 # improved it to .081. Frames are chosen by parallax, few and far enough apart to uncover something
 # new.
 def with_neighbours(view: View, other_views: Sequence[View], border_px: int = 0) -> NeighbourResult:
-    """Return the plate of `view` with what the other frames show behind its surfaces.
+    """Return the plate of `view` with what the other frames show behind its surfaces and around it.
 
-    `other_views` may have any order. For a plate of circles of confusion nothing is found.
+    `border_px` is the width of the border to add around the plate, 0 for none. `other_views` may
+    have any order. For a plate of circles of confusion nothing is found.
     """
     moved_frames, left_out = _select_usable(view, other_views)
     if not moved_frames:
@@ -146,7 +147,7 @@ def _find_layers(view: View, moved_frames: Sequence[MovedFrame], canvas: Canvas)
 
 
 # Points behind a moving object are not used where the object may be hidden itself. Other frames
-# show the wall behind a walker after he has gone on, and its colour would be put into the edge that
+# show the wall behind a walker after he has gone on, and its color would be put into the edge that
 # hides him now. Without such points a dolly along a street improves from FLIP .0273 to .0262.
 def _may_hide_moving_object(
     canvas: Canvas, moving_m: FloatImage, pixel: Numbers, z: FloatImage
@@ -160,7 +161,10 @@ def _may_hide_moving_object(
 
 
 def _measure_found_share(canvas: Canvas, layers: Sequence[Plate], plate_window: Box) -> float:
-    """Return the share of hidden pixels that was found, without the new border."""
+    """Return the share, 0 to 1, of the hidden pixels whose surface was found.
+
+    Pixels of the new border do not count.
+    """
     if not layers:
         return 0.0
     window = layers[0].data_window
@@ -195,7 +199,7 @@ def _make_layer_plate(plate: Plate, color: FloatImage, depth_m: FloatImage) -> P
 
 # A frame that sees through a point proves that nothing is there. A single frame that shows a point
 # proves nothing, because the point may have moved. Without this test a rolling ball appears where
-# it no longer is, and two neighbours give a worse picture than one (37.6 dB instead of 38.6).
+# it no longer is, and two neighbors give a worse picture than one (37.6 dB instead of 38.6).
 def agree_on_colors(
     view: View,
     probes: Sequence[tuple[FrameProbe, MovingDepths]],
@@ -203,7 +207,7 @@ def agree_on_colors(
     pixel: Numbers,
     z: FloatImage,
 ) -> FloatImage:
-    """Return the colour (N, 4) at each point; alpha is 0 where it is unknown.
+    """Return the color (N, 4) on which the frames agree at each point; alpha is 0 if unknown.
 
     A frame that sees through a point shows that nothing is there. A point seen by one frame only is
     used unless it is close to something that moved. The weight of a frame falls to zero with its
@@ -229,10 +233,10 @@ def agree_on_colors(
 
 
 def mean_of_middle_half(colors: FloatImage, weights: FloatImage) -> FloatImage:
-    """Return the mean of the middle half of colours (K, N, C), sorted by brightness.
+    """Return the mean (N, C) of the middle half of colors (K, N, C), sorted by brightness.
 
-    Their weights (K, N) decide where the middle is. Unlike a median, the mean changes smoothly with
-    the weights; like a median, it ignores outliers.
+    The middle half lies between a quarter and three quarters of the weights (K, N). Unlike a
+    median, the mean changes smoothly with the weights; like a median, it ignores outliers.
     """
     light = np.ascontiguousarray(colors[..., :3].sum(-1).T)
     order = np.argsort(light, axis=1)

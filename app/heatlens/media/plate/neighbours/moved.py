@@ -1,4 +1,4 @@
-"""Move the pixels of a neighbouring frame into the view of this one.
+"""Move the pixels of a neighboring frame into the view of this one.
 
 Moving objects are found as well, because their pixels must not be taken from one frame alone.
 """
@@ -28,14 +28,14 @@ from heatlens.media.plate.neighbours.view import (
 from heatlens.media.plate.plate import FloatImage
 
 Numbers = NDArray[np.int32]
-_REACH = 1 / 24  # share of the width: pixels of similar depth within it count as moving, too
-_EXTENT = 1 / 80  # share of the width: how far a moving object may extend
+_REACH = 1 / 24  # share of the width within which pixels of similar depth count as moving, too
+_EXTENT = 1 / 80  # share of the width: how far an object that moved may extend from its pixels
 _DEPTH_TOLERANCE = 0.1  # relative difference within which two depths are similar
 
 
 @dataclass(frozen=True, eq=False)
 class Canvas:
-    """The visible surface; hidden points are searched for behind it.
+    """The visible surface of a view; hidden points are searched for behind it.
 
     corner   left and top of its pixels, from the corner of the display window
     front_m  (H, W) depth of the visible surface
@@ -68,7 +68,7 @@ def canvas_of(view: View) -> Canvas:
 
 @dataclass(frozen=True, eq=False)
 class MovedFrame:
-    """The pixels (H, W) of a frame moved into another view: their positions and depths."""
+    """The pixels (H, W) of a frame moved into another view: x, y in pixels, depth z in meters."""
 
     probe: FrameProbe
     x: FloatImage
@@ -94,7 +94,7 @@ class MovedFrame:
 
 
 def move_into_view(view: View, probe: FrameProbe) -> MovedFrame:
-    """Move the pixels of a frame into a view."""
+    """Return the pixels of the frame of `probe` with their positions and depths in `view`."""
     left, top = probe.view.corner
     height, width = probe.depth_m.shape
     x = np.arange(width, dtype=np.float32)[None, :] + np.float32(left + 0.5)
@@ -104,14 +104,17 @@ def move_into_view(view: View, probe: FrameProbe) -> MovedFrame:
 
 @dataclass(frozen=True, eq=False)
 class MovingDepths:
-    """The depths of moving objects around each block of pixels: (H, W) nearest and farthest."""
+    """The nearest and the farthest depth of moving objects around each block of pixels, (H, W).
+
+    `corner` is the left and top of the first block, from the corner of the display window.
+    """
 
     corner: tuple[int, int]
     near_m: FloatImage
     far_m: FloatImage
 
     def may_contain(self, x: FloatImage, y: FloatImage, z: FloatImage) -> Flags:
-        """Return a mask of the points that may belong to a moving object."""
+        """Return a mask of the points (x, y in pixels, z in meters) that may be moving."""
         rows, columns = self.near_m.shape
         column = np.clip((x - np.float32(self.corner[0])) / BLOCK, 0, columns - 1).astype(np.int32)
         row = np.clip((y - np.float32(self.corner[1])) / BLOCK, 0, rows - 1).astype(np.int32)
@@ -121,8 +124,8 @@ class MovingDepths:
         return may_move
 
 
-# The reverse of `find_moving_depths`, which finds objects that a neighbour shows and this frame
-# sees through. This finds objects that this frame shows and a neighbour sees through. Both moved,
+# The reverse of `find_moving_depths`, which finds objects that a neighbor shows and this frame
+# sees through. This finds objects that this frame shows and a neighbor sees through. Both moved,
 # but only the pixels of the first can be left out; how the second continues is unknown.
 def farthest_moved_m(view: View, probes: Sequence[FrameProbe], canvas: Canvas) -> FloatImage:
     """Return the farthest depth around each block of pixels that another frame sees through.

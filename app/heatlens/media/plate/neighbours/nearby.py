@@ -1,4 +1,4 @@
-"""Minimum and maximum filters over neighbouring pixels and blocks."""
+"""Minimum and maximum filters over neighboring pixels and blocks."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ def filter_three_by_three(values: FloatImage, reduce: np.ufunc) -> FloatImage:
 
 def reduce_blocks(values: FloatImage, reduce: np.ufunc) -> FloatImage:
     """Return `reduce` (np.minimum or np.maximum) over each block of BLOCK x BLOCK pixels."""
-    for _ in range(2):
+    for _ in range(2):  # along columns, then along rows; each pass transposes the values
         lines = values[::BLOCK].copy()
         for step in range(1, BLOCK):
             next_lines = values[step::BLOCK]
@@ -31,7 +31,7 @@ def reduce_blocks(values: FloatImage, reduce: np.ufunc) -> FloatImage:
 
 def filter_within(values: FloatImage, reach: int, reduce: np.ufunc) -> FloatImage:
     """Return `reduce` (np.minimum or np.maximum) over all values within `reach` of each (H, W)."""
-    for _ in range(2):
+    for _ in range(2):  # along columns, then along rows; each pass transposes the values
         covered = 0
         while covered < reach:
             step = min(covered + 1, reach - covered)  # each pass doubles the reach

@@ -1,4 +1,4 @@
-"""Choose the neighbouring frames to read: those that show enough hidden surfaces of this frame.
+"""Choose the neighboring frames to read: those that show enough hidden surfaces of this frame.
 
 Depth and brightness are compared to test whether another frame and its camera belong to this view.
 """
@@ -15,7 +15,7 @@ from heatlens.media.plate.plate import FloatImage, Plate
 
 _SAME_DEPTH = 0.02  # relative difference
 _LEAST_SHARED = 0.3  # least share of common pixels with the same depth
-_BETTER = 0.85  # ratio to the difference without the camera's movement, or with a shift
+_BETTER = 0.85  # least gain: ratio to the difference without the camera's movement, or shifted
 _SAME_LIGHT = 0.0003  # stops; smaller differences say nothing about the camera
 _SHIFT_PX = 2  # shift with which a wrong camera is tested
 _NO_MOVE = 0.001  # relative change of depth that counts as none
@@ -24,12 +24,12 @@ _PIXELS_LEAST = 400  # least number of pixels to compare
 _PIXELS_COMPARED = 20_000  # evenly spaced pixels that are compared
 _UNCOVERED = 1 / 16  # share of the width that the frames on one side should uncover
 _BORDER = 1 / 48  # share of the width; a border three times as wide was no better
-_STEP_MOST = 24  # frames
-_STATIC_REACH = 16  # for a static camera: enough time for a person to walk on
+_STEP_MOST = 24  # largest interval between chosen frames
+_STATIC_REACH = 16  # frames to either side for a static camera: time for a person to walk on
 
 
 def size_reason(view: View, other_view: View) -> str:
-    """Return why the two pictures cannot be compared; "" if they can."""
+    """Return a sentence on why two pictures cannot be compared; "" if they can."""
     if not (view.plate.has_distances and other_view.plate.has_distances):
         return "it holds circles of confusion and no distances."
     view_window, other_window = view.plate.display_window, other_view.plate.display_window
@@ -46,7 +46,7 @@ def size_reason(view: View, other_view: View) -> str:
 # movement must explain the picture better than no movement, and better than the same movement
 # shifted by two pixels. Such frames would put wrong surfaces behind every edge.
 def doubt_reason(view: View, moved_frame: MovedFrame, canvas: Canvas) -> str:
-    """Return why the frame is from another shot, or its camera is wrong; "" if neither."""
+    """Return a sentence if the frame is from another shot or its camera is wrong; else ""."""
     compared = _compare_pixels(view, moved_frame, canvas)
     is_seen = compared.z < compared.front_m * np.float32(1 + _SAME_DEPTH)
     is_same = is_seen & (compared.z > compared.front_m * np.float32(1 - _SAME_DEPTH))
@@ -80,7 +80,7 @@ class _ComparedPixels:
     """Pixels (N,) of a frame that are compared with this view's picture.
 
     light             brightness in stops
-    detail            difference of brightness to the neighbouring pixels
+    detail            difference of brightness to the neighboring pixels
     still_x, still_y  positions without movement, in the data window of this view
     x, y, z           positions moved into this view, in its data window, and depths
     front_m           depth of this view at the moved positions
@@ -156,13 +156,13 @@ def _is_light_explained(compared: _ComparedPixels, is_same: Flags, shift_px: int
 
 
 def _brightness_stops(color: FloatImage) -> FloatImage:
-    """Return brightness in stops, in which dark and bright pixels count alike."""
+    """Return brightness in stops: doubling the light adds 1, for dark and bright pixels alike."""
     light: FloatImage = np.log2(np.maximum(color[..., :3].sum(-1), 0) + np.float32(0.02))
     return light
 
 
 def _interpolate_color(color: FloatImage, x: FloatImage, y: FloatImage) -> FloatImage:
-    """Return linearly interpolated colours (N, C) of a picture."""
+    """Return linearly interpolated colors (N, C) of a picture."""
     height, width = color.shape[:2]
     column = np.clip(x - np.float32(0.5), 0, width - np.float32(1.001))
     row = np.clip(y - np.float32(0.5), 0, height - np.float32(1.001))
@@ -174,8 +174,8 @@ def _interpolate_color(color: FloatImage, x: FloatImage, y: FloatImage) -> Float
     return interpolated
 
 
-# All frames choose their neighbours on one grid, so one neighbour enters and one leaves from frame
-# to frame. If each frame chose neighbours by distance, all of them would change at once, and the
+# All frames choose their neighbors on one grid, so one neighbor enters and one leaves from frame
+# to frame. If each frame chose neighbors by distance, all of them would change at once, and the
 # uncovered surfaces would flicker.
 def choose_frames(
     frame: int, available: Collection[int], count: int, step: int = 1
@@ -193,7 +193,7 @@ def choose_frames(
     return tuple(sorted(nearest[: 2 * count]))
 
 
-# Neighbours are taken several frames apart, because a slow dolly uncovers nothing in one frame. The
+# Neighbors are taken several frames apart, because a slow dolly uncovers nothing in one frame. The
 # step is the same for all frames of a shot: a step that changed within the shot would change the
 # grid of `choose_frames`.
 def choose_frame_step(
@@ -225,7 +225,10 @@ def border_px(plate: Plate) -> int:
 
 
 def _depth_range_dioptres(plate: Plate) -> float:
-    """Return the distance between near and far surfaces in dioptres."""
+    """Return the distance between near and far surfaces in dioptres.
+
+    These are the depths at 10 % and 90 % of the visible pixels, sorted by dioptres.
+    """
     bins = plate.visible_bins
     share = np.cumsum(bins.counts) / max(1, bins.counts.sum())
     far, near = np.interp((0.1, 0.9), share, bins.middles)

@@ -1,7 +1,7 @@
-"""Collect surfaces behind the visible one, and pixels outside the frame, from neighbouring frames.
+"""Collect surfaces behind the visible one, and pixels outside the frame, from neighboring frames.
 
-Points of neighbouring frames behind the visible surface are sorted by surface. A plate gets a
-border of pixels from neighbouring frames, because the blur mixes them into the picture.
+Points of neighboring frames behind the visible surface are sorted by surface. A plate gets a
+border of pixels from neighboring frames, because the blur mixes them into the picture.
 """
 
 from collections.abc import Sequence
@@ -22,15 +22,15 @@ from heatlens.media.plate.neighbours.view import FAR_M, MIXED, Flags, depth_of
 from heatlens.media.plate.plate import FloatImage, Plate, ReadPixels
 
 SEPARATE = 0.03  # relative depth difference between two separate surfaces
-_BAND = 1 / 40  # share of the width, inside near silhouettes: about what wide discs uncover
-_LEAST_SHARE = 0.04  # share of a pixel that a moved pixel covers
+_BAND = 1 / 40  # share of the width inside near silhouettes: about what wide discs uncover
+_LEAST_SHARE = 0.04  # a point counts for a pixel of which it covers at least this share
 Points = NDArray[np.uint64]  # pixel of the canvas in the upper half, depth in the lower half
 
 
 def hidden_points(
     canvas: Canvas, moved_frame: MovedFrame, pixel: Numbers, is_over: Flags
 ) -> Points:
-    """Return the points of a frame behind the canvas, each in the four pixels around it.
+    """Return the points of a frame behind the canvas; each counts for the four pixels around it.
 
     `pixel` and `is_over` are the results of `MovedFrame.pixels_on`.
     """
@@ -51,7 +51,7 @@ def _points_in_pixel(
 ) -> Points:
     """Return the points behind the visible surface, each in one of the four pixels around it.
 
-    `right` and `down` (0 or 1) choose the pixel.
+    `right` and `down` (0 or 1) choose which of the four pixels.
     """
     column, row = np.floor(x) + right, np.floor(y) + down
     is_inside = (column >= 0) & (column < canvas.width) & (row >= 0)
@@ -140,7 +140,11 @@ def add_border(plate: Plate, nearest_first: Sequence[MovedFrame], border_px: int
 def _add_outside_pixels(
     moved_frame: MovedFrame, canvas: Canvas, color: FloatImage, is_known: Flags, border_px: int
 ) -> None:
-    """Add the pixels outside the frame that are still unknown: the nearest surface of each."""
+    """Add the pixels of the moved frame that lie outside the picture and are still unknown.
+
+    Where several fall on one pixel, the nearest surface is added. `color`, `is_known` and the depth
+    of the canvas are changed in place.
+    """
     pixels, is_over = moved_frame.pixels_on(canvas)
     source = np.flatnonzero(is_over & ~is_known.ravel()[pixels])
     pixel = pixels.ravel()[source]
@@ -184,7 +188,10 @@ def _close_holes(
 def _close_holes_between_lines(
     color: FloatImage, depth_m: FloatImage, is_new: Flags, is_known: Flags
 ) -> None:
-    """Close holes between the lines before and after, as `_close_holes` describes."""
+    """Close holes in the lines of the first axis, from the lines before and after each one.
+
+    It is as `_close_holes` describes; all arrays but `is_known` are changed in place.
+    """
     before, after = depth_m[:-2], depth_m[2:]
     is_hole = (
         is_new[:-2] & is_new[2:] & ~is_known[1:-1] & (np.abs(before - after) < SEPARATE * before)
@@ -199,7 +206,7 @@ def _close_holes_between_lines(
 def _extend_outwards(
     color: FloatImage, depth_m: FloatImage, is_known: Flags, inside: tuple[slice, slice]
 ) -> None:
-    """Fill unknown pixels outside the frame from the pixels inwards, in rows, then in columns.
+    """Fill unknown pixels outside the frame from those next to them inside, in rows, then columns.
 
     Near surfaces are known farther out than far ones, so the far surface is continued.
     """

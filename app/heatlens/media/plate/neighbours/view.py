@@ -12,10 +12,10 @@ from heatlens.media.plate.neighbours.nearby import filter_three_by_three
 from heatlens.media.plate.plate import FloatImage, Plate
 
 FloatMatrix = NDArray[np.float64]
-FAR_M = 1e6  # metres; farther points, such as the sky, move as if they were here
-NEAR_M = 0.01  # metres; nearer points, and those behind the camera, are invisible
+FAR_M = 1e6  # meters; farther points, such as the sky, move as if they were here
+NEAR_M = 0.01  # meters; nearer points, and those behind the camera, are invisible
 Flags = NDArray[np.bool_]
-MIXED = 1.1  # depth ratio of neighbouring pixels from which one may be a mixture
+MIXED = 1.1  # depth ratio of neighboring pixels from which one may be a mixture
 SAME = 0.01  # relative depth difference within which two frames see the same surface
 THROUGH = 1.02  # depth ratio from which a frame sees through a point
 _LEAST_WEIGHT = 0.1  # least share of the four pixels around a point that must show its surface
@@ -25,7 +25,7 @@ _LEAST_WEIGHT = 0.1  # least share of the four pixels around a point that must s
 class View:
     """One frame of a sequence with the camera that saw it.
 
-    world_to_camera  4x4 in metres, acts on columns; the camera looks along -z, its y axis is up
+    world_to_camera  4x4 in meters, acts on columns; the camera looks along -z, its y axis is up
     focal_px         focal length in pixels along x and y
     centre_px        where the optical axis meets the picture, (x, y) in pixels from the upper left
                      corner of the display window; the middle of it unless the film is offset
@@ -39,13 +39,13 @@ class View:
 
     @property
     def rays(self) -> FloatMatrix:
-        """3x3: from a pixel (x, y, 1) to the point of its ray that lies 1 m before the camera."""
+        """Matrix (3, 3) from a pixel (x, y, 1) to the point of its ray at 1 m before the camera."""
         (fx, fy), (cx, cy) = self.focal_px, self.centre_px
         return np.array([[1 / fx, 0, -cx / fx], [0, -1 / fy, cy / fy], [0, 0, -1]])
 
     @property
     def corner(self) -> tuple[int, int]:
-        """The upper left corner of the data window, from that of the display window."""
+        """The upper left corner (x, y) of the data window, from that of the display window."""
         data, display = self.plate.data_window, self.plate.display_window
         return data.x0 - display.x0, data.y0 - display.y0
 
@@ -58,10 +58,10 @@ def depth_of(plate: Plate) -> FloatImage:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The map from points of one view to another: (x w, y w, w) = z turn (x', y', 1) + shift.
+    """The map of points of one view to another: (x w, y w, w) = z turn (x', y', 1) + shift.
 
-    Here x', y' is the pixel and z the depth in the first view; x, y is the pixel and w the depth in
-    the second view. Depths are in metres.
+    In the first view a point is at pixel x', y' with depth z, in the second at pixel x, y with
+    depth w. Depths are in meters.
     """
 
     turn: FloatMatrix  # 3x3
@@ -70,7 +70,7 @@ class Motion:
     def move_points(
         self, x: FloatImage, y: FloatImage, z: FloatImage
     ) -> tuple[FloatImage, FloatImage, FloatImage]:
-        """Return x, y in pixels and the depth in metres of moved points; the arrays broadcast."""
+        """Return x, y in pixels and the depth in meters of moved points; the arrays broadcast."""
         turn, shift = self.turn.astype(np.float32), self.shift.astype(np.float32)
         moved = [
             z * (row[0] * x + (row[1] * y + row[2])) + offset
@@ -83,7 +83,7 @@ class Motion:
 
 
 def motion_between(source: View, target: View) -> Motion:
-    """Return how points seen from `source` appear from `target`."""
+    """Return the map from pixels and depths in `source` to those in `target`."""
     move = target.world_to_camera @ np.linalg.inv(source.world_to_camera)
     project = np.linalg.inv(target.rays)
     turn: FloatMatrix = project @ move[:3, :3] @ source.rays
@@ -95,9 +95,9 @@ class FrameProbe:
     """A frame, prepared to test points in space against its depth.
 
     depth_m   (H, W) over the data window
-    near_m    (H, W) the nearest depth within a pixel
-    far_m     (H, W) the farthest
-    is_clean  (H, W) pixels that show one surface
+    near_m    (H, W) the nearest depth in the 3 x 3 pixels around each
+    far_m     (H, W) the farthest depth there
+    is_clean  (H, W) pixels that show one surface, and are no mixture of two
     """
 
     view: View
@@ -109,7 +109,7 @@ class FrameProbe:
     def test_points(
         self, x: FloatImage, y: FloatImage, z: FloatImage
     ) -> tuple[FloatImage, Flags, Flags]:
-        """Return colours (N, 4), a mask of the points seen, and one of the points seen through.
+        """Return colors (N, 4), a mask of the points that are seen, and one of those seen through.
 
         A point that is neither seen nor seen through is hidden or outside the picture.
         """
@@ -135,7 +135,7 @@ class FrameProbe:
     def _interpolate_color(
         self, x: FloatImage, y: FloatImage, z: FloatImage
     ) -> tuple[FloatImage, FloatImage]:
-        """Return colours (N, 4) interpolated over the pixels that show the depth `z`, and weights.
+        """Return colors (N, 4) interpolated over the pixels that show the depth `z`, and weights.
 
         A weight (N,) is the share of the four pixels around a point that show its depth.
         """
@@ -158,7 +158,7 @@ class FrameProbe:
 
 
 def prepare_probe(view: View) -> FrameProbe:
-    """Return a frame prepared to test points against its depth."""
+    """Return the frame of `view`, prepared to test points against its depth."""
     depth_m = depth_of(view.plate)
     near_m = filter_three_by_three(depth_m, np.minimum)
     far_m = filter_three_by_three(depth_m, np.maximum)

@@ -26,9 +26,9 @@ _DEFAULT_OPTIONS = PlateOptions()
 def read_color_header(
     path: str | os.PathLike[str], options: PlateOptions = _DEFAULT_OPTIONS
 ) -> Header:
-    """Read the header of the part that holds the colours that `options` choose.
+    """Read the header of the part that holds the colors that `options` choose.
 
-    Raises InputError if the file is missing, damaged or no EXR, or does not have these colours.
+    Raises InputError if the file is missing, damaged or no EXR, or does not have these colors.
     """
     if is_picture(Path(path)):
         return picture_header(Path(path), options.picture_curve, options.depth_side)
@@ -60,7 +60,7 @@ def read_headers(path: str | os.PathLike[str]) -> list[Header]:
 
 
 def first_timecode(sequence: Sequence) -> tuple[int, Timecode] | None:
-    """Return the first frame that has a file, and the timecode in its header, if there is one."""
+    """Return the number of the first frame that has a file, and its timecode; None without one."""
     path = sequence.path_at(sequence.present[0])
     timecodes = (timecode_of(attributes) for attributes in read_timing_headers(path))
     timecode = next(

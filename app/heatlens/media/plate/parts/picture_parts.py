@@ -1,6 +1,6 @@
 """Present photos and other pictures as parts of a file, in the form in which EXR files are read.
 
-Colour becomes scene-linear and premultiplied. Facts about the camera and the primaries are put
+Color becomes scene-linear and premultiplied. Facts about the camera and the primaries are put
 into the header under their EXR names; facts about a depth, under `PICTURE_FACTS`.
 """
 
@@ -31,10 +31,10 @@ from heatlens.media.plate.windows import make_header_window, resize_nearest
 
 _FULL_FRAME_MM = (36.0, 24.0)
 _EXIF_FOCAL_35MM = 0xA405
-# Channels of a grey picture may differ by this part of the range: JPEG adds a little colour.
+# Channels of a gray picture may differ by this part of the range: JPEG adds a little color.
 _COLORED_SHARE = 0.02
-_SOLID_PX = 5  # a codec colours thin lines and dots at edges; a square of this side is a colour
-_SEAM_PX = 16  # next to the other half, a codec mixes the colours of both in its blocks
+_SOLID_PX = 5  # a codec colors thin lines and dots at edges; a square of this side is a color
+_SEAM_PX = 16  # next to the other half, a codec mixes the colors of both in its blocks
 _SIDES_OF_SECOND_HALF = (DepthSide.RIGHT, DepthSide.BOTTOM)  # the depth is the second half
 
 Kind = Literal["color", "depth"]
@@ -73,7 +73,7 @@ def color_parts(path: Path, curve: PictureCurve, side: DepthSide = DepthSide.NON
 def depth_parts(path: Path) -> list[Part]:
     """Read a depth picture as Z, with the values that are stored in the file.
 
-    Raises InputError for a coloured picture, because the colours of a colour map have no order.
+    Raises InputError for a colored picture, because the colors of a color map have no order.
     """
     raw = open_picture(path)
     facts = PictureFacts(full_scale=raw.full_scale)
@@ -83,9 +83,9 @@ def depth_parts(path: Path) -> list[Part]:
 def _read_grey(
     path: Path, raw: RawPicture, checked_area: tuple[slice, slice] | None = None
 ) -> FloatImage:
-    """Return the values (H, W) of a grey picture; raise InputError for a coloured one.
+    """Return the values (H, W) of a gray picture; raise InputError for a colored one.
 
-    Only the rows and columns of `checked_area` must be grey; None checks the whole picture.
+    Only the rows and columns of `checked_area` must be gray; None checks the whole picture.
     """
     values = raw.values[:, :, : 3 if raw.values.shape[2] >= 3 else 1].astype(np.float32)
     spread = values.max(axis=2) - values.min(axis=2)
@@ -283,7 +283,7 @@ def _convert_primaries(path: Path, raw: RawPicture) -> tuple[NDArray[Any], tuple
 
 
 def _profile_name(info: dict[str, Any]) -> str:
-    """Return the name of the colour profile; "" if there is none or it cannot be read."""
+    """Return the name of the color profile; "" if there is none or it cannot be read."""
     data = info.get("icc_profile")
     if not data:
         return ""
@@ -294,13 +294,14 @@ def _profile_name(info: dict[str, Any]) -> str:
 
 
 def _rotate_upright(depth: FloatImage, color: FloatImage, raw: RawPicture) -> FloatImage:
-    """Rotate the depth by the orientation of the colour in EXIF, unless it is upright already."""
+    """Rotate the depth by the orientation of the color in EXIF, unless it is upright already."""
     orientation = raw.info.get("exif_tags", {}).get(0x0112, 1)
     if orientation in (5, 6, 7, 8) and (depth.shape[0] > depth.shape[1]) == (
         color.shape[0] > color.shape[1]
     ):
         return depth  # it is stored upright already
     image = Image.fromarray(depth)
+    # The transpositions of Pillow by the orientations of EXIF.
     methods = {2: 0, 3: 3, 4: 1, 5: 5, 6: 4, 7: 6, 8: 2}
     rotated = (
         image.transpose(Image.Transpose(methods[orientation])) if orientation in methods else image

@@ -37,9 +37,9 @@ def decode_srgb(encoded: ArrayLike) -> FloatImage:
 
 
 def decode_camera_log(path: Path, signal: FloatImage, color_space: str) -> FloatImage:
-    """Return light (H, W, 3 or 4) of a signal of 0 to 1 in a colour space of OpenColorIO.
+    """Return light (H, W, 3 or 4) of a signal of 0 to 1 in a color space of OpenColorIO.
 
-    Middle grey becomes 0.18; alpha stays. Raises InputError for a grey picture.
+    Middle gray becomes 0.18; alpha stays. Raises InputError for a gray picture.
     """
     if signal.shape[2] not in (3, 4):
         raise InputError(f"{path} is grey: the log of a camera has three colours.")
@@ -51,6 +51,6 @@ def decode_camera_log(path: Path, signal: FloatImage, color_space: str) -> Float
 
 @lru_cache(maxsize=4)
 def _linear_processor(color_space: str) -> Any:
-    """Return the processor of OpenColorIO from a colour space to linear Rec.709."""
+    """Return the processor of OpenColorIO from a color space to linear Rec.709."""
     config = ocio().Config.CreateFromBuiltinConfig(_CONFIG)
     return config.getProcessor(color_space, _LINEAR).getDefaultCPUProcessor()

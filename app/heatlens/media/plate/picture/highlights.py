@@ -1,7 +1,7 @@
 """Lift the highlights of display-referred pictures, whose light is clipped at white.
 
 A lamp that a camera clipped to white is as bright as a sheet of paper, and its disc out of focus is
-a dull grey. Its true brightness is not in the file, so the user gives the number of stops.
+a dull gray. Its true brightness is not in the file, so the user gives the number of stops.
 """
 
 import numpy as np

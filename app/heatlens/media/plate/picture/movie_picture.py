@@ -1,4 +1,4 @@
-"""Describe frames of movies as pictures: their values, colours, frame rate and timecode."""
+"""Describe frames of movies as pictures: their values, colors, frame rate and timecode."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -17,8 +17,8 @@ Curve = Callable[[FloatImage], FloatImage]
 # The numbers of primaries and curves are those of ITU-T H.273, tables 2 and 3.
 _PRIMARIES = {9: REC2020, 12: P3_D65}
 _LINEAR, _PQ, _HLG = 8, 16, 18
-_PQ_WHITE_NITS = 203.0  # diffuse white and its HLG signal: ITU-R BT.2408, table 1
-_HLG_WHITE = 0.75
+_PQ_WHITE_NITS = 203.0  # diffuse white of PQ: ITU-R BT.2408, table 1
+_HLG_WHITE = 0.75  # signal of diffuse white in HLG, by the same table
 
 
 def read_movie_values(path: Path, number: int) -> tuple[NDArray[Any], float, dict[str, Any]]:
@@ -38,7 +38,7 @@ def read_movie_info(path: Path, number: int) -> tuple[tuple[int, int], dict[str,
 
 
 def _movie_facts(path: Path, movie: Movie, frame: MovieFrame, number: int) -> dict[str, Any]:
-    """Return entries of the header, a sentence on the movie, and the curve of its light."""
+    """Return facts about a movie and its frame: header entries, a note, the curve of its light."""
     header: dict[str, object] = {"pixelAspectRatio": np.float32(movie.pixel_aspect)}
     primaries = _PRIMARIES.get(frame.primaries)
     if primaries is not None:
@@ -61,7 +61,7 @@ def _movie_facts(path: Path, movie: Movie, frame: MovieFrame, number: int) -> di
 
 
 def _describe_movie(movie: Movie, frame: MovieFrame) -> str:
-    """Return frame count, frame rate, codec, bits and timecode of a movie as words."""
+    """Return a phrase with the frame count, frame rate, codec, bits and timecode of a movie."""
     rate = "" if movie.rate is None else f" at {float(movie.rate):.5g} a second"
     uneven_words = "" if movie.is_even else " on average, which are taken in order"
     timecode = f", timecode {movie.timecode}" if movie.timecode else ""
@@ -73,7 +73,7 @@ def _describe_movie(movie: Movie, frame: MovieFrame) -> str:
 
 
 def _curve_of(transfer: int) -> tuple[Curve | None, str]:
-    """Return the function from signals of 0 to 1 to light, and words on it; (None, "") for sRGB.
+    """Return the function from signals of 0 to 1 to light, and a phrase; (None, "") for sRGB.
 
     `transfer` is the number of the curve in the tags of the movie.
     """

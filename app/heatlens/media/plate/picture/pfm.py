@@ -1,6 +1,6 @@
-"""Read PFM, the portable float map of light stages and renderers, grey and coloured.
+"""Read PFM, the portable float map of light stages and renderers, gray and colored.
 
-This reader replaces two others: Pillow reads only grey files, and OpenImageIO gives coloured ones
+This reader replaces two others: Pillow reads only gray files, and OpenImageIO gives colored ones
 upside down. Rows are stored from the bottom to the top. The sign of the scale is the order of
 bytes; its amount, a unit that nobody agreed on, is not used, as in Pillow.
 Source: P. Debevec, "PFM Portable FloatMap Image Format".

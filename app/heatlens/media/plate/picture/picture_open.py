@@ -62,9 +62,9 @@ _CAPTURE_MOST_BYTES = 256_000_000  # metadata.json of a capture holds the pose o
 class RawPicture:
     """Stored values (H, W, C) of 8, 16 or 32 bits, with 1 to 4 channels, and their metadata.
 
-    `info` holds the metadata that Pillow found: profile, EXIF, segments, depth images; for a frame
-    of a movie, the facts of `read_movie_info`. `white` is the value of white if it is not the
-    largest value.
+    `info` holds the metadata that Pillow found: profile, EXIF, segments, depth images. For a frame
+    of a movie it holds the facts of `read_movie_info`. `white` is the value of white if it is not
+    the largest value of the type.
     """
 
     values: NDArray[Any]
@@ -118,7 +118,7 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, object]]:
 
 
 def _needs_own_process(path: Path) -> bool:
-    """Return True for a HEIC outside the separate process in which it must be read.
+    """Return True for a HEIC that must still be moved to a separate process to be read.
 
     The library for HEIC is large and may crash.
     """
@@ -171,7 +171,7 @@ def convert_library_errors(path: Path) -> Iterator[None]:
         ) from error
 
 
-# Pillow has no colour of 16 bits and silently keeps the upper 8 bits of each number. A depth or a
+# Pillow has no color of 16 bits and silently keeps the upper 8 bits of each number. A depth or a
 # graded picture would then show steps.
 def _is_reduced_by_pillow(image: Image.Image) -> bool:
     """Return True if Pillow would reduce the picture from 16 bits to 8."""
@@ -229,7 +229,7 @@ def _read_metadata(path: Path, spec: "ImageSpec", bits: int) -> dict[str, object
 
 
 def _rotate_upright(stored_values: NDArray[Any], orientation: int) -> NDArray[np.generic]:
-    """Return values (H, W, C) upright. Source: EXIF 2.32, the tag Orientation."""
+    """Return stored values (H, W, C) turned upright. Source: EXIF 2.32, the tag Orientation."""
     upright = stored_values.swapaxes(0, 1) if orientation in (5, 6, 7, 8) else stored_values
     upright = upright[::-1] if orientation in (3, 4, 7, 8) else upright
     return np.ascontiguousarray(upright[:, ::-1] if orientation in (2, 3, 6, 7) else upright)
@@ -303,13 +303,16 @@ def _collect_info(image: Image.Image | None) -> dict[str, object]:
 
 
 def _upright_size(image: Image.Image) -> tuple[int, int]:
-    """Return (width, height) as the picture is shown; Pillow swaps those of TIFF itself."""
+    """Return (width, height) of the picture as it is shown; Pillow turns a TIFF itself."""
     is_on_side = image.format != "TIFF" and image.getexif().get(_ORIENTATION, 1) in (5, 6, 7, 8)
     return image.size[::-1] if is_on_side else image.size
 
 
 def _photo_info(path: Path, image: Image.Image, upright_size: tuple[int, int]) -> dict[str, object]:
-    """Return the metadata of a picture, with the camera from its capture folder or the photo."""
+    """Return the metadata of a picture; its header describes the camera.
+
+    The camera comes from the capture folder if there is one, else from the photo.
+    """
     info = _collect_info(image)
     capture = capture_info(path, upright_size)
     header = portrait_header(path, image.size, info)
@@ -325,7 +328,10 @@ def _check_size(path: Path, size: tuple[int, int]) -> None:
 
 
 def capture_info(path: Path, size: tuple[int, int]) -> dict[str, object]:
-    """Return the header of the camera for a picture of a capture; a note if it cannot be used."""
+    """Return the header entries of the camera for a picture of a capture, {} for other pictures.
+
+    If the capture does not describe its camera, a note says so instead.
+    """
     file = path.parent.parent / _FILE
     if path.parent.name.lower() != _FOLDER or not file.is_file():
         return {}
@@ -337,7 +343,7 @@ def capture_info(path: Path, size: tuple[int, int]) -> dict[str, object]:
 
 @lru_cache(maxsize=4)  # all frames of a capture share one file
 def _read_capture(file: Path, changed_ns: int) -> dict[str, Any]:
-    """Return the entries on the camera in a capture's file; a new time has it read again."""
+    """Return the entries on the camera in a capture's file; another `changed_ns` reads it again."""
     capture = json.loads(read_file_bytes(file, _CAPTURE_MOST_BYTES).decode("utf-8"))
     return {name: capture[name] for name in ("K", "w", "h", "fps") if name in capture}
 

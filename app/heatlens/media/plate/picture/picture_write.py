@@ -1,6 +1,6 @@
 """Write a picture seen through the lens to a file, for the window and the command line alike.
 
-Scene-linear colour becomes display values in all formats but EXR, with the bits of each.
+Scene-linear color becomes display values in all formats but EXR, with the bits of each.
 """
 
 import os
@@ -36,14 +36,14 @@ def write_png(
     """Write scene-linear `rgba`, (H, W, 3) or premultiplied (H, W, 4).
 
     `encode` converts light (H, W, 3) to display values, which are clamped to 0..1. If any pixel is
-    not opaque, formats with alpha hold it with unpremultiplied colour, and others show the picture
+    not opaque, formats with alpha hold it with unpremultiplied color, and others show the picture
     over black. Raises InputError if the file cannot be written.
     """
     write_display_values(path, _encode_for_display(rgba, encode, writing_of(path).keeps_alpha))
 
 
 def _encode_for_display(rgba: FloatImage, encode: Encode, keep_alpha: bool) -> FloatImage:
-    """Return display values of scene-linear `rgba`; without `keep_alpha` over black."""
+    """Return display values of scene-linear `rgba`, (H, W, 3 or 4); no `keep_alpha`: over black."""
     light = _unpremultiply(rgba, keep_alpha)
     return np.concatenate([encode(light[:, :, :3]), light[:, :, 3:]], axis=2)
 
@@ -72,7 +72,10 @@ def write_display_values(
 
 
 def _unpremultiply(rgba: FloatImage, keep_alpha: bool) -> FloatImage:
-    """Return light (H, W, 3), or unpremultiplied (H, W, 4) if alpha is kept and not all opaque."""
+    """Return light (H, W, 3), or unpremultiplied light with alpha (H, W, 4).
+
+    Alpha is left out unless it is kept and some pixel is not opaque.
+    """
     rgb = rgba[:, :, :3]
     if not keep_alpha or rgba.shape[2] == 3 or not (rgba[:, :, 3] < 1).any():
         return rgb
@@ -84,7 +87,7 @@ def _unpremultiply(rgba: FloatImage, keep_alpha: bool) -> FloatImage:
 def quantize(
     display: FloatImage, integer_type: type[Whole], white: int | None = None
 ) -> NDArray[Whole]:
-    """Convert values of 0..1 to rounded integers of a type; values outside are clipped.
+    """Convert values of 0..1 to rounded integers of `integer_type`; clip values outside.
 
     `white` is the integer for 1, by default the largest.
     """

@@ -70,7 +70,10 @@ def read_inner_depth(path: Path, info: dict[str, Any]) -> InnerDepth | None:
 
 
 def _convert_google_depth(path: Path, xmp: str) -> InnerDepth | None:
-    """Convert a map of 0 to 1 to distances in metres, between the ends given in the XMP."""
+    """Return the map converted to distances in meters, between the ends given in the XMP.
+
+    Returns None if the picture holds no map. Raises InputError for impossible ends.
+    """
     near_m, far_m = _entry_number(xmp, "Near"), _entry_number(xmp, "Far")
     encoded = _find_google_map(path, xmp)
     if encoded is None:
@@ -104,7 +107,7 @@ def _appended_files(path: Path, lengths: list[int]) -> Iterator[bytes]:
     """Yield the files that are appended to the picture, with the given lengths in order."""
     data = read_file_bytes(path)
     start = len(data) - sum(lengths)
-    if start < 0:  # the first length is the picture's own
+    if start < 0:  # the first length is that of the picture itself
         start, lengths = len(data) - sum(lengths[1:]), lengths[1:]
     for length in lengths:
         yield data[max(start, 0) : start + length]
@@ -140,7 +143,7 @@ def _convert_map_errors(path: Path) -> Iterator[None]:
 def _convert_heic_depth(
     stored_values: NDArray[np.generic], metadata: dict[str, object]
 ) -> InnerDepth:
-    """Return disparity as Apple writes it, converted to dioptres if its ends are given."""
+    """Return the disparity that Apple writes, or dioptres if the file gives its ends."""
     values = stored_values.astype(np.float32)
     values = values[:, :, 0] if values.ndim == 3 else values
     full_scale = 255.0 if values.max(initial=0) <= 255 else 65535.0
@@ -154,7 +157,10 @@ def _convert_heic_depth(
 
 
 def _ends_in_dioptres(metadata: dict[str, Any]) -> tuple[float | None, float | None]:
-    """Return 1/z of black and of white if the file gives them; phones give disparity in 1/m."""
+    """Return the dioptres (1/z) of black and of white; None for an end that the file lacks.
+
+    Phones give disparity in 1/m.
+    """
     if metadata.get("representation_type", _UNIFORM_INVERSE_Z) not in _EVEN_OVER_INVERSE_Z:
         return None, None
     near_m, far_m = metadata.get("z_near"), metadata.get("z_far")
@@ -247,7 +253,7 @@ def apply_photo_focus(plate: Plate, header: Mapping[str, Any]) -> Plate:
 
 
 def _focus_region_center(xmp: str) -> tuple[float, float] | None:
-    """Return the middle of the first region of focus."""
+    """Return the middle (x, y) of the first region of focus, 0 to 1; None if there is none."""
     regions = (region for region in _REGION.split(xmp) if _IS_FOCUS.search(region))
     region = next(regions, "")
     matches = (re.search(rf'stArea:{axis}(?:="|>)\s*([\d.]{{1,12}})', region) for axis in "xy")
@@ -257,7 +263,10 @@ def _focus_region_center(xmp: str) -> tuple[float, float] | None:
 
 
 def _subject_center(tags: Mapping[int, Any], size: tuple[int, int]) -> tuple[float, float] | None:
-    """Return the middle of the subject's area: a point, a circle or a rectangle around it."""
+    """Return the middle (x, y) of the subject's area, 0 to 1; None if there is none.
+
+    The area is a point, a circle or a rectangle.
+    """
     area = tags.get(_SUBJECT_AREA)
     if not isinstance(area, tuple) or not 2 <= len(area) <= 4:
         return None
@@ -274,7 +283,7 @@ def _point_if_inside(x: float | None, y: float | None) -> tuple[float, float] | 
 
 
 def _rotate_point(point: tuple[float, float], orientation: object) -> tuple[float, float]:
-    """Return a point (x, y) of 0 to 1 of the stored picture in the upright one.
+    """Return a point (x, y), 0 to 1, of the stored picture as a point of the upright picture.
 
     `orientation` is the number in EXIF.
     """

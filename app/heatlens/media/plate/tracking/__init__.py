@@ -1,1 +1,1 @@
-"""Follow a surface of a plate through the frames of a sequence, by its colours and its depth."""
+"""Follow a surface of a plate through the frames of a sequence, by its colors and its depth."""

@@ -1,4 +1,4 @@
-"""Sections of a plate for the tracker: light, colour and depth in eight bits each."""
+"""Cut sections out of plates for the tracker: light, tint and depth in eight bits each."""
 
 from dataclasses import dataclass, replace
 from types import ModuleType
@@ -12,10 +12,10 @@ from heatlens.media.plate.plate import FloatImage, Plate
 
 ByteImage = NDArray[np.uint8]
 
-_LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
+_LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of red, green and blue in Rec. 709
 _LEVELS, _MIDDLE_LEVEL = 255.0, 127.5
-_NEIGHBOURHOOD_PX = 11  # width of the neighbourhood in which something nearer misleads the flow
-_DIOPTRES_LEAST = np.float32(1e-9)  # dioptres of the sky, of which logarithms are taken
+_NEIGHBOURHOOD_PX = 11  # width of the neighborhood in which something nearer misleads the flow
+_DIOPTRES_LEAST = np.float32(1e-9)  # stands for the sky, because 0 has no logarithm
 _DEPTH_OCTAVES = 6.0  # ratios of depth that eight bits span
 
 
@@ -33,9 +33,11 @@ class Tones:
 
 @dataclass(frozen=True)
 class Crop:
-    """A section of a plate; `image` (H, W, 3) holds light, colour and depth.
+    """A section of a plate.
 
-    `x0`, `y0` count pixels from the corner of the display window.
+    x0, y0    corner of the section in pixels from the corner of the display window
+    image     (H, W, 3) light, tint and depth as `_encode_image` returns them
+    dioptres  (H, W) 1 / depth in meters
     """
 
     x0: int
@@ -44,7 +46,7 @@ class Crop:
     dioptres: FloatImage
 
     def with_nearest_depth(self) -> "Crop":
-        """Return the crop with the nearest depth of the neighbourhood at each pixel."""
+        """Return the crop with the nearest depth around each pixel in place of its own."""
         cv2 = import_opencv()
         nearest_dioptres = cv2.dilate(
             self.dioptres, np.ones((_NEIGHBOURHOOD_PX, _NEIGHBOURHOOD_PX), np.uint8)
@@ -67,7 +69,7 @@ def import_opencv() -> ModuleType:
 
 
 def white_level(plate: Plate) -> float:
-    """Return the light that nearly all of a plate is darker than."""
+    """Return a light level that nearly all of a plate is darker than; it becomes white."""
     return max(float(np.percentile(plate.color[::4, ::4, :3], 98)), 1e-6)
 
 
@@ -99,11 +101,11 @@ def _encode_image(color: FloatImage, dioptres: FloatImage, tones: Tones) -> Byte
 def track_points(
     before: Crop, after: Crop, points: FloatImage, guess: tuple[float, float]
 ) -> tuple[FloatImage, FloatImage]:
-    """Return the positions (N, 2) of points of one crop in another, and their return errors (N,).
+    """Return the positions (N, 2) of `points` of one crop in another, and return errors (N,).
 
-    Points are tracked forwards and back by pyramidal Lucas and Kanade. The return error is the
-    distance in pixels to the start; it is infinite for a point that is not found. The crops have
-    the same box.
+    `guess` is the expected movement (x, y) in pixels. Points are tracked forwards and back by
+    pyramidal Lucas and Kanade. The return error is the distance in pixels to the start; it is
+    infinite for a point that is not found. The crops have the same box.
     """
     tracked = _optical_flow(
         before.image, after.image, points, points + np.asarray(guess, np.float32)

@@ -27,7 +27,7 @@ from heatlens.media.plate.tracking.crops import (
 
 _SAME_OCTAVES = 0.1  # difference of depth within which a pixel belongs to the surface
 _STEP_OCTAVES = 0.2  # largest change of its depth in one frame
-_RETURN_ERROR_PX = 1.0  # largest distance to the start of a point tracked forwards and back
+_RETURN_ERROR_PX = 1.0  # largest distance of a point to its start after tracking there and back
 _FOUND_LEAST, _POINTS_LEAST = 0.3, 4  # share and number of points that must be found
 _LIKENESS_LEAST = 0.1  # likeness below which something else is followed
 _REMEMBER_FROM = 0.8  # share of found points from which the appearance of the surface is remembered
@@ -52,7 +52,7 @@ def _position_of(index: np.intp, shape: tuple[int, ...]) -> tuple[int, int]:
 
 @dataclass(frozen=True)
 class Appearance:
-    """A picture (h, w, 2) of light and colour around a position, with the mask of the surface.
+    """The appearance of a surface: light and tint (h, w, 2) around a position, and its mask (h, w).
 
     `offset` is from the corner of the picture to the position, in pixels (x, y).
     """
@@ -63,7 +63,7 @@ class Appearance:
 
     @property
     def has_pattern(self) -> bool:
-        """Return True if light or colour vary enough over the surface to search for it."""
+        """Return True if light or color vary enough over the surface to search for it."""
         return bool(self.image[self.mask > 0].astype(np.float32).std(axis=0).max() > _PLAIN_LEVELS)
 
     def likeness(self, crop: Crop, position: Position) -> float:
@@ -147,7 +147,7 @@ def appearance_at(
 
 @dataclass(frozen=True)
 class Sight:
-    """Position and depth of the surface on one plate; `dioptres` is None where it is hidden."""
+    """The position and depth of the surface on one plate; `dioptres` is None if it is hidden."""
 
     x: float
     y: float
@@ -187,7 +187,7 @@ class SurfaceTracker:
     _likeness = 1.0
 
     def step(self, plate: Plate) -> Sight:
-        """Follow the surface to the next plate."""
+        """Follow the surface to the next plate, and return where it is or is expected there."""
         is_found = not self._hidden_frames and self._follow(plate)
         if not is_found:
             self._hidden_frames += 1
@@ -204,7 +204,7 @@ class SurfaceTracker:
     # surface of the same appearance. Points at an edge, whose patch shows two surfaces, pass both
     # tests, so points with a nearer surface next to them are rejected as well.
     def _follow(self, plate: Plate) -> bool:
-        """Move by the median movement of the points; return False if too few are found."""
+        """Move the position by the median movement of points; return False if too few are found."""
         reach = self._reach + int(np.abs(self._velocity).max())
         before, after = self._crop_around(self._plate, reach), self._crop_around(plate, reach)
         if before is None or after is None or before.image.shape != after.image.shape:
@@ -269,7 +269,10 @@ class SurfaceTracker:
     # The longer the surface is hidden, the less certain is its position: the search radius grows
     # with its last speed, and the tolerance of its depth grows as well, up to an octave.
     def _search_hidden(self, plate: Plate) -> None:
-        """Search for the last good appearance around the expected position."""
+        """Search for the last good appearance around the expected position.
+
+        If it is found, the surface counts as visible again.
+        """
         speed = float(np.abs(self._velocity).max())
         reach = self._radius * 3 + int(self._hidden_frames * (0.5 * speed + 1.0))
         crop = self._crop_around(plate, min(reach, self._widest_reach))

@@ -17,9 +17,10 @@ def track_mark(
 ) -> TrackMark:
     """Return the mark with its place at each frame.
 
-    `report_progress` gets a sentence for each click. Between two clicks the surface is followed
-    from both, and the nearer click has the larger weight. Raises InputError for a click outside the
-    frames or the picture, or on the sky, and for plates without distances.
+    `plate_at` returns the plate of a frame. `report_progress` gets a sentence for each click.
+    Between two clicks the surface is followed from both, and the nearer click has the larger
+    weight. Raises InputError for a click outside the frames or the picture, or on the sky, and for
+    plates without distances.
     """
     for click in mark.clicks:
         if click.frame not in frames:

@@ -74,14 +74,14 @@ class ValueTrack:
 def _interpolate_step(
     track: ValueTrack, before: Indices, after: Indices, span: Array, share: Array
 ) -> Array:
-    """Return the value of the last key, constant up to the next one."""
+    """Return the value of the key before each time, which holds until the next key."""
     return np.where(share < 1, track.values[before], track.values[after])
 
 
 def _interpolate_linear(
     track: ValueTrack, before: Indices, after: Indices, span: Array, share: Array
 ) -> Array:
-    """Interpolate linearly; rotations along the arc between two quaternions."""
+    """Interpolate linearly between two keys; rotations go along the arc between two quaternions."""
     a, b = track.values[before], track.values[after]
     if not track.is_rotation:
         return np.asarray(a + (b - a) * share)
@@ -104,9 +104,9 @@ def _interpolate_cubic(
 
 
 def _slerp(a: Array, b: Array, share: Array) -> Array:
-    """Interpolate along the shorter arc, linearly where both ends are nearly equal.
+    """Interpolate quaternions along the shorter arc, linearly if both ends are nearly equal.
 
-    Shoemake 1985.
+    Source: Shoemake 1985.
     """
     cosine = np.sum(a * b, axis=1, keepdims=True)
     b, cosine = np.where(cosine < 0, -b, b), np.minimum(np.abs(cosine), 1.0)
@@ -130,9 +130,9 @@ _INTERPOLATIONS: Mapping[str, Callable[[ValueTrack, Indices, Indices, Array, Arr
 class Animation:
     """The animated values of a file.
 
-    tracks   by moving node, one for each of RESTS, even if it has a single key
+    tracks   by node that moves, a track for each property in RESTS, even if it has a single key
     weights  by node, the weights of its morph targets
-    angles   by camera of the file, its vertical angle of view
+    angles   by camera of the file, its vertical angle of view in radians
     clips    the names of all animations of the file
     """
 
@@ -191,13 +191,16 @@ class Animation:
         return compose_matrices(*(tracks[name].sample(times_s) for name in RESTS))
 
     def worlds(self, frame: float) -> Array:
-        """Return the matrices (N, 4, 4) from all nodes to the world at a frame."""
+        """Return the matrices (N, 4, 4) from all nodes to the world at a frame.
+
+        The latest result is cached, because several skins ask for the same frame.
+        """
         at_frame = frame if self.tracks else 0.0
         for cached_frame, worlds in self._latest_worlds:
             if cached_frame == at_frame:
                 return worlds
         new_worlds = self.tree.worlds(self._local_matrices_at(frame))
-        self._latest_worlds[:] = [(at_frame, new_worlds)]  # several skins ask for the same frame
+        self._latest_worlds[:] = [(at_frame, new_worlds)]
         return new_worlds
 
     def _local_matrices_at(self, frame: float) -> dict[int, Array]:
@@ -326,7 +329,7 @@ def _read_track(gltf: GltfFile, sampler: Record, path: str) -> ValueTrack:
 
 
 def _group_by_key(sampler: Record, values: Array, keys: int) -> Array:
-    """Return weights (keys, shapes) from a list in which those of each key follow each other."""
+    """Return weights (keys, shapes) from a flat list in which those of a key follow each other."""
     if not keys or len(values) % keys:
         sampler.refuse(f"{len(values)} weights cannot belong to {keys} keys")
     return values.reshape(keys, -1)

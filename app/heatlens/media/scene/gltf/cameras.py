@@ -113,7 +113,7 @@ def _focal_length_mm(perspective: Record, angle: float) -> float:
 
 
 def _rigid_pose(node_record: Record, matrix: Array) -> Pose:
-    """Return the pose of a node without the scale and mirroring of its ancestors."""
+    """Return the pose of a node at its matrix, without the scale and mirroring of its ancestors."""
     back, up = matrix[:3, 2], matrix[:3, 1]
     side = np.cross(up, back)
     if not np.linalg.norm(side) > 1e-12 or not np.abs(matrix[:3, 3]).max() <= 1e9:

@@ -25,9 +25,10 @@ _VALUE_MOST = 1e30  # beyond this, products overflow float32
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """Bones: the node of each, and the matrices from the mesh's own axes to those of the bone.
+    """The bones of a skin.
 
-    inverse_binds  (J, 4, 4)
+    joints         the node of each of J bones
+    inverse_binds  (J, 4, 4) from the mesh's own axes to those of each bone
     """
 
     animation: Animation
@@ -40,21 +41,21 @@ class Skin:
         return any(self.animation.is_moving(joint) for joint in self.joints)
 
     def matrices(self, frame: float) -> Floats:
-        """Return (J, 3, 4) from the mesh to the world."""
+        """Return the matrices (J, 3, 4) of the bones, from the mesh to the world, at a frame."""
         to_world = self.animation.worlds(frame)[list(self.joints)] @ self.inverse_binds
         return np.nan_to_num(np.clip(to_world[:, :3], -_VALUE_MOST, _VALUE_MOST)).astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)
 class Binding:
-    """The skinning of vertices: indices (V, K) and weights (V, K) of their bones."""
+    """The skinning of V vertices: the numbers (V, K) of the bones of each, and their weights."""
 
     skin: Skin
     joints: NDArray[np.intp]
     weights: Floats
 
     def apply(self, mesh: Mesh, frame: float) -> Mesh:
-        """Return the mesh in the world at a frame."""
+        """Return the mesh with its vertices in the world, as the bones move them at a frame."""
         bones = self.skin.matrices(frame)
         blend = np.zeros((len(self.joints), 3, 4), np.float32)
         for joint, weight in zip(self.joints.T, self.weights.T, strict=True):
@@ -71,7 +72,10 @@ class Binding:
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """Morph targets (S, V, 3) that are added to a mesh with weights; None for no change."""
+    """Morph targets: changes (S, V, 3) that are added to a mesh, times their weights.
+
+    `weights` returns the weights (S,) at a frame. An attribute that no target changes is None.
+    """
 
     weights: Callable[[float], Array]
     positions: Floats
@@ -156,7 +160,7 @@ def read_skin(gltf: GltfFile, animation: Animation, index: int) -> Skin:
 
 
 def read_binding(vertices: Vertices, mesh: Mesh, skin: Skin) -> Binding | None:
-    """Return the skinning of a mesh; None if the file has none."""
+    """Return the skinning of a mesh; None if the file has none, with a note if it is incomplete."""
     joints, weights = [], []
     number = 0
     while (joint_set := vertices.floats(f"JOINTS_{number}", 4)) is not None:
@@ -192,7 +196,7 @@ def read_binding(vertices: Vertices, mesh: Mesh, skin: Skin) -> Binding | None:
 def read_targets(
     vertices: Vertices, mesh: Mesh, weights: Callable[[float], Array], count: int
 ) -> Targets | None:
-    """Return the morph targets of a mesh, `count` of which have weights."""
+    """Return the first `count` morph targets of a mesh, those with weights; None for none."""
     records = vertices.primitive.records("targets")[:count]
     if count > len(vertices.primitive.records("targets")):
         vertices.gltf.note_loss(

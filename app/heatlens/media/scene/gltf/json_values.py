@@ -28,7 +28,7 @@ class Record:
         return name in self.entry.value
 
     def refuse(self, sentence: str) -> NoReturn:
-        """Raise InputError with the file, the place and what is wrong."""
+        """Raise InputError with the file, the place and `sentence`, which says what is wrong."""
         self.entry.refuse(sentence)
 
     def entry_at(self, name: str) -> JsonEntry:
@@ -51,7 +51,7 @@ class Record:
         return [Record(item) for item in self.entry_at(name).items()] if self.has(name) else []
 
     def number(self, name: str, default: float, least: float = -math.inf) -> float:
-        """Return a finite number that is at least `least`."""
+        """Return a finite number that is at least `least`, or the default if there is no entry."""
         return _read_finite(self.entry_at(name), least) if self.has(name) else default
 
     def whole_number(self, name: str, default: int | None = None) -> int:
@@ -86,7 +86,7 @@ class Record:
         return [index for key in items if (index := index_record.index(key, count)) is not None]
 
     def row(self, name: str, default: Sequence[float]) -> tuple[float, ...]:
-        """Return as many finite numbers as the default has."""
+        """Return as many finite numbers as the default has, or the default if there is no entry."""
         if not self.has(name):
             return tuple(default)
         items = self.entry_at(name).items()

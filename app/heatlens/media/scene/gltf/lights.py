@@ -172,8 +172,9 @@ class GltfLights:
         return max([*lamps, max(self.daylight.sun)])
 
     def _irradiance(self, points_m: Array) -> Array:
-        """Return the irradiance (N,) of a surface that faces all lights, at each point (N, 3)."""
+        """Return the irradiance (N,) at points (N, 3) of a surface that would face all lights."""
         irradiance = np.full(len(points_m), max(self.daylight.sun) if self._sun_count else 0.0)
+        # A lamp inside an object counts as if it were at a least distance.
         least_square_m2 = 1e-4 * max(float(np.sum(np.ptp(points_m, axis=0) ** 2)), 1e-4)
         for light in self.lights:
             distance_squared = np.sum((points_m - np.array(light.position_m)) ** 2, axis=1)
@@ -181,6 +182,7 @@ class GltfLights:
         return irradiance
 
     def _scale_lights(self, factor: float) -> None:
+        """Multiply the intensities of the lamps and of the sun by a factor."""
         scaled = [
             replace(light, intensity=_scale_color(light.intensity, factor)) for light in self.lights
         ]

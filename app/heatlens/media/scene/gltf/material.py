@@ -3,8 +3,8 @@
 Sources: Khronos, glTF 2.0 specification, section 3.9; KHR_materials_emissive_strength,
 KHR_materials_unlit, KHR_materials_pbrSpecularGlossiness, KHR_materials_transmission.
 
-Specular colour and glossiness are converted to metalness and roughness. Both models describe a
-diffuse colour and a reflection at normal incidence. A reflection that is stronger than that of
+Specular color and glossiness are converted to metalness and roughness. Both models describe a
+diffuse color and a reflection at normal incidence. A reflection that is stronger than that of
 glass or paint must come from a metal, which determines the metalness. Source: Khronos,
 KHR_materials_pbrSpecularGlossiness and the conversion that its authors published with it.
 """
@@ -20,7 +20,7 @@ from heatlens.media.scene.gltf.json_values import Record
 from heatlens.media.scene.gltf.textures import GltfTextures
 from heatlens.media.scene.scene import Array, Color, MapPlace, Material
 
-_STEEPEST = 1e3
+_STEEPEST = 1e3  # largest scale of a normal map
 _PLACEMENT_NOTE = "Gloss maps with a placement of their own take that of the colour map"
 _GLOSSY_EXTENSION = "KHR_materials_pbrSpecularGlossiness"
 _SETS_MOST = 2
@@ -35,7 +35,7 @@ Pixels = NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class MapLayout:
-    """The conversion of a mesh's texture coordinates for a material's maps.
+    """Which texture coordinates of the file a mesh keeps for the maps of a material.
 
     sets    the sets of the file that are used, at most two
     shared  the placement that all maps share; the identity if each has its own
@@ -86,6 +86,8 @@ class GltfMaterials:
         material, base_record = add_transmission(
             self.textures, record, _apply_alpha_mode(record, material), base_record
         )
+        # The placement of a map comes from the record that names it. `add_transmission` may replace
+        # the record of the base color map.
         infos = (base_record, shine_record, record.object_at("emissiveTexture"), bumps, occlusion)
         self._store(material, list(map(self.textures.placement, infos)), record)
 
@@ -94,6 +96,7 @@ class GltfMaterials:
         shine = record.object_at("pbrMetallicRoughness")
         factor = shine.row("baseColorFactor", (1, 1, 1, 1))
         names = ("baseColorTexture", "metallicRoughnessTexture")
+        # The indices of the two maps in the pictures of the file, or None.
         base, rough = (self.textures.map_number(shine, name) for name in names)
         material = Material(
             base_color=_read_color(factor),
@@ -106,7 +109,10 @@ class GltfMaterials:
         return material, (shine.object_at(names[0]), shine.object_at(names[1]))
 
     def _read_glossy(self, record: Record) -> tuple[Material, tuple[Record, Record]]:
-        """Return the material of KHR_materials_pbrSpecularGlossiness, and its maps' records."""
+        """Return the material of KHR_materials_pbrSpecularGlossiness, and the records of its maps.
+
+        Both of its pictures are converted, and take the placement of the first map.
+        """
         glossy = record.object_at("extensions", _GLOSSY_EXTENSION)
         names = ("diffuseTexture", "specularGlossinessTexture")
         diffuse = np.clip(glossy.row("diffuseFactor", (1, 1, 1, 1)), 0, 1)
@@ -122,6 +128,7 @@ class GltfMaterials:
             ), map_records
         pictures = [None if number is None else self.textures.images[number] for number in maps]
         converted = convert_gloss_pictures((pictures[0], diffuse), (pictures[1], specular))
+        # The indices of the converted pictures.
         base, rough = map(self.textures.add, converted)
         material = Material(
             "", (1, 1, 1), 1, 1, 1, base_color_map=base, metallic_roughness_map=rough
@@ -143,7 +150,10 @@ class GltfMaterials:
         return material, (placed_record, placed_record)
 
     def _store(self, material: Material, placements: list[MapPlace | None], record: Record) -> None:
-        """Keep a material with the placements of its maps, in the order of `Material.maps`."""
+        """Store a material with the placements of its maps, in the order of `Material.maps`.
+
+        A placement that all maps share goes into the layout; otherwise each map keeps its own.
+        """
         used_placements = list(
             dict.fromkeys(placement for placement in placements if placement is not None)
         )
@@ -167,7 +177,7 @@ class GltfMaterials:
 
 
 def _renumber_set(place: MapPlace, sets: tuple[int, ...]) -> MapPlace:
-    """Return the placement with the position of its texture coordinates in `sets`, or 0."""
+    """Return the placement with its set of texture coordinates as an index into `sets`, or 0."""
     number = sets.index(place.coordinates) if place.coordinates in sets else 0
     return replace(place, coordinates=number)
 
@@ -198,7 +208,7 @@ def _read_emission(record: Record) -> Color:
 
 
 def _read_color(values: tuple[float, ...]) -> Color:
-    """Return the colour without alpha, clamped to 0 or more."""
+    """Return the color without alpha, clamped to 0 or more."""
     red, green, blue = (max(float(value), 0.0) for value in values[:3])
     return red, green, blue
 
@@ -217,9 +227,9 @@ _MEAN_NOTE = "Transmission maps with a placement of their own are replaced by th
 def add_transmission(
     textures: GltfTextures, record: Record, material: Material, base_record: Record
 ) -> tuple[Material, Record]:
-    """Return the material with its transmission, and the record that places its base colour map.
+    """Return the material with its transmission, and the record that places its base color map.
 
-    A transmission map is merged into the alpha of the base colour map.
+    A transmission map is merged into the alpha of the base color map.
     """
     entry = record.object_at("extensions", "KHR_materials_transmission")
     transmission = min(entry.number("transmissionFactor", 0.0, least=0.0), 1.0)
@@ -256,14 +266,16 @@ def _merge_transmission(
 
 
 def convert_specular(diffuse: Array, specular: Array) -> tuple[Array, Array]:
-    """Return the metallic share (...,) and the base colour (..., 3) of a glossy material.
+    """Return the metallic share (...,) and the base color (..., 3) of a glossy material.
 
-    `diffuse` and `specular` are its linear colours (..., 3).
+    `diffuse` and `specular` are its linear colors (..., 3).
     """
     diffuse_strength = 1.0 - specular.max(axis=-1)
     diffuse_light, specular_light = (
         np.sqrt((colors * colors) @ _LUMA) for colors in (diffuse, specular)
     )
+    # The coefficient of the quadratic equation for the metallic share in the conversion that
+    # Khronos published.
     b = diffuse_light * diffuse_strength / (1 - _DIELECTRIC) + specular_light - 2 * _DIELECTRIC
     root = np.sqrt(np.maximum(b * b - 4 * _DIELECTRIC * (_DIELECTRIC - specular_light), 0.0))
     metal = np.clip((root - b) / (2 * _DIELECTRIC), 0.0, 1.0)
@@ -280,10 +292,10 @@ def convert_specular(diffuse: Array, specular: Array) -> tuple[Array, Array]:
 def convert_gloss_pictures(
     diffuse: tuple[Pixels | None, Array], specular: tuple[Pixels | None, Array]
 ) -> tuple[Pixels, Pixels]:
-    """Return a base colour picture, and one with roughness in green and metal in blue.
+    """Return a base color picture, and one with roughness in green and metal in blue.
 
-    Each argument is a picture (H, W, 4), None for white, and its factor (4,): the diffuse colour
-    and alpha, and the specular colour and glossiness.
+    Each argument is a picture (H, W, 4), None for white, and its factor (4,): the diffuse color
+    and alpha, and the specular color and glossiness.
     """
     size = common_size([picture for picture, _ in (diffuse, specular) if picture is not None])
     pictures = [resize_picture(picture, size) for picture, _ in (diffuse, specular)]
@@ -324,7 +336,7 @@ def resize_picture(picture: Pixels | None, size: tuple[int, int]) -> Pixels:
 
 
 def _decode_srgb(picture: Pixels) -> Array:
-    """Return linear colours with unchanged alpha, from 0 to 1 (IEC 61966-2-1)."""
+    """Return linear colors with unchanged alpha, from 0 to 1 (IEC 61966-2-1)."""
     shares = picture / 255.0
     colors = shares[..., :3]
     shares[..., :3] = np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
@@ -332,7 +344,7 @@ def _decode_srgb(picture: Pixels) -> Array:
 
 
 def _encode_srgb(colors: Array) -> Array:
-    """Return sRGB values of linear colours, both from 0 to 1."""
+    """Return sRGB values of linear colors, both from 0 to 1."""
     curve = 1.055 * np.maximum(colors, 0.0) ** (1 / 2.4) - 0.055
     return np.where(colors <= 0.0031308, 12.92 * colors, curve)
 

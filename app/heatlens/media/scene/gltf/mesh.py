@@ -41,6 +41,7 @@ POINTS, LINES, LOOP, STRIP = range(4)  # modes of a primitive
 _THINNESS = 1 / 600  # radius of a line or a point, as a part of the size of its mesh
 _SIDES = 4
 
+# Positions (V, 3), triangles (T, 3), and the vertex of the file of each position (V,).
 Solids = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]
 
 
@@ -184,7 +185,7 @@ class GltfMeshes:
         return mesh if material.normal_map is None else self._with_tangents(vertices, mesh)
 
     def _make_thin(self, vertices: Vertices, mode: int, number: int) -> Mesh:
-        """Return points or lines as thin solids, in the colours of their vertices."""
+        """Return points or lines as thin solids, in the colors of their vertices."""
         are_some_left_out = self._thin_count > POINTS_MOST
         self.gltf.note_loss(_THIN_NOTE + _LEFT_OUT_WORDS * are_some_left_out, vertices.primitive)
         self._check_maps(vertices, self.materials.materials[number], True)
@@ -199,7 +200,7 @@ class GltfMeshes:
         return replace(mesh, sources=None if mesh.sources is None else sources[mesh.sources])
 
     def _check_maps(self, vertices: Vertices, material: Material, is_without: bool) -> None:
-        """Note a surface without texture coordinates whose material has pictures."""
+        """Add a note if a surface is without texture coordinates but its material has pictures."""
         if is_without and any(number is not None for number in material.maps):
             self.gltf.note_loss(_UNTEXTURED_NOTE, vertices.primitive)
 
@@ -221,9 +222,15 @@ class GltfMeshes:
 
 
 def _add_tangents_along_map(mesh: Mesh, place: MapPlace) -> Mesh:
-    """Return the mesh with tangents along the texture coordinates of its normal map."""
+    """Return the mesh with tangents along the texture coordinates of its normal map.
+
+    `place` is the placement of that map.
+    """
     second_uvs = mesh.uvs if mesh.more_uvs is None else mesh.more_uvs
+    # `coordinates` is 0 for the first set of texture coordinates, and 1 for the second.
     uvs = place.transform(second_uvs if place.coordinates else mesh.uvs)
+    # Tangents may split vertices: `sources` then tells from which vertex each one came, so that
+    # the original texture coordinates can be restored.
     numbers = np.arange(len(uvs), dtype=np.uint32)
     with_map_tangents = add_tangents(replace(mesh, uvs=uvs, sources=numbers))
     assert with_map_tangents.sources is not None
@@ -260,7 +267,7 @@ def count_thin_corners(gltf: GltfFile) -> int:
 
 
 def _corner_count(gltf: GltfFile, primitive: Record) -> int:
-    """Return the number of corners of a primitive: its indices, or else its vertices."""
+    """Return the number of corners of a primitive: that of its indices, or else its vertices."""
     index = gltf.index(primitive, "indices", "accessors")
     if index is None:
         index = gltf.index(primitive.object_at("attributes"), "POSITION", "accessors")
@@ -274,9 +281,11 @@ def _corner_count(gltf: GltfFile, primitive: Record) -> int:
 def make_thin_solids(
     vertex_positions: NDArray[np.float64], corners: NDArray[np.uint32], mode: int, corner_total: int
 ) -> Solids:
-    """Return positions (V, 3), triangles (T, 3) and the vertex of the file of each position (V,).
+    """Return thin solids for points or lines: balls for points, tubes or crossed bands for lines.
 
-    `corner_total` is the number of points and ends of lines that share the triangles.
+    They are positions (V, 3), triangles (T, 3) and the vertex of the file of each position (V,).
+    `corners` are the vertices of the points or lines in the order of `mode`, and `corner_total` is
+    the number of points and ends of lines of the whole file, which share the triangles.
     """
     if not len(corners):
         return np.zeros((0, 3)), np.zeros((0, 3), np.uint32), np.zeros(0, np.uint32)
@@ -298,7 +307,7 @@ def make_thin_solids(
 
 
 def _thin_out(corners: NDArray[np.uint32], mode: int, corners_most: int) -> NDArray[np.uint32]:
-    """Return at most about `corners_most` corners, by leaving out lines or points evenly."""
+    """Return about `corners_most` corners at most; lines or points are left out evenly."""
     step = -(-len(corners) // max(corners_most, 1))
     if mode == LINES:
         return corners[: len(corners) // 2 * 2].reshape(-1, 2)[::step].reshape(-1)

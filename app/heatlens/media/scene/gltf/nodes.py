@@ -46,9 +46,9 @@ class NodeTree:
 
     @np.errstate(over="ignore", invalid="ignore")  # the caller checks the result
     def worlds(self, moving_locals: Mapping[int, Array] | None = None) -> Array:
-        """Return matrices (N, 4, 4) to the world.
+        """Return the matrices (N, 4, 4) from all nodes to the world.
 
-        `moving_locals` holds the matrices (4, 4) to their parents of nodes that are not at rest.
+        `moving_locals` holds, by node, the matrix (4, 4) to the parent for nodes not at rest.
         """
         worlds = self.locals.copy()
         for node, local in (moving_locals or {}).items():
@@ -178,7 +178,11 @@ _NO_SHAPES_NOTE = "Animated weights on nodes without morph targets change nothin
 
 @dataclass(frozen=True)
 class Target:
-    """The animated property: one of RESTS or WEIGHTS of a node, or ANGLE of a camera."""
+    """A property that an animation changes.
+
+    path    one of RESTS or WEIGHTS for a node, or ANGLE for a camera
+    number  the number of the node or camera in the file
+    """
 
     path: str
     number: int

@@ -1,6 +1,6 @@
 """Read glTF 2.0 files, .glb and .gltf, as scenes.
 
-glTF has the units, axes and colours of `Scene`. Lights are scaled to a suitable exposure.
+glTF has the units, axes and colors of `Scene`. Lights are scaled to a suitable exposure.
 """
 
 from dataclasses import dataclass
@@ -32,9 +32,10 @@ _WORLD = -1  # index of the identity, which is appended to the matrices of the n
 
 @dataclass(frozen=True, eq=False)
 class _NodeMotion:
-    """The motion of instances: the node of each, and its matrix (4, 4) to the node.
+    """The motion of instances.
 
-    A skinned mesh is in world space already: its node is `_WORLD`.
+    nodes    the node of each instance; `_WORLD` for a skinned mesh, which is in world space
+    offsets  (instances, 4, 4) from each instance to its node
     """
 
     animation: Animation
@@ -112,7 +113,7 @@ def build_scene(request: tuple[Path, SceneTiming | None]) -> Scene:
 
 
 def _instance_boxes_m(meshes: GltfMeshes, instances: tuple[Instance, ...]) -> Array:
-    """Return (N, 2, 3), the box around each instance in the world."""
+    """Return the boxes (N, 2, 3) around the instances in the world."""
     boxes = np.array([mesh.box_m for mesh in meshes.meshes])
     to_world = np.stack([instance.to_world for instance in instances])
     mesh_boxes = boxes[[instance.mesh for instance in instances]]

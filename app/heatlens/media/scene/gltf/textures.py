@@ -124,7 +124,10 @@ def _decode_picture(gltf: GltfFile, record: Record, earlier_pictures: list[Pixel
 
 
 def _read_placement(info: Record, wraps: tuple[Wrap, Wrap]) -> MapPlace:
-    """Return the placement; KHR_texture_transform rotates clockwise, as its v axis runs down."""
+    """Return the placement of a texture; `wraps` says how it continues along u and v.
+
+    KHR_texture_transform rotates clockwise, because its v axis runs down.
+    """
     transform = info.object_at("extensions", "KHR_texture_transform")
     coordinates = transform.whole_number("texCoord", info.whole_number("texCoord", 0))
     angle = transform.number("rotation", 0.0)

@@ -71,7 +71,7 @@ def read_indices(gltf: GltfFile, index: int, vertex_count: int) -> NDArray[np.ui
 
 
 def _read_values(gltf: GltfFile, record: Record, width: int) -> NDArray[np.generic]:
-    """Return (count, width) values in the type of the file."""
+    """Return the values (count, width) of an accessor in the type of the file."""
     dtype, count = _read_dtype(record), record.whole_number("count")
     type_name = record.text("type")
     if _WIDTHS.get(type_name) != width:
@@ -116,7 +116,7 @@ def _read_elements(
 def _apply_sparse(
     gltf: GltfFile, record: Record, values: NDArray[np.generic]
 ) -> NDArray[np.generic]:
-    """Return the values after applying the replacements in the sparse part."""
+    """Replace the values that the sparse part of an accessor lists, and return all."""
     sparse = record.object_at("sparse")
     count = sparse.whole_number("count")
     if count > len(values):
@@ -132,7 +132,7 @@ def _apply_sparse(
 
 
 def convert_to_fractions(values: NDArray[Any]) -> NDArray[np.generic]:
-    """Convert normalised integers to fractions of 1; return floats unchanged."""
+    """Convert normalized integers to fractions of 1; return floats unchanged."""
     if values.dtype.kind == "f":
         return values
     return np.maximum(values / np.iinfo(values.dtype).max, -1.0)
@@ -156,7 +156,7 @@ class Vertices:
 
     @cached_property
     def positions(self) -> Floats:
-        """(V, 3), all finite."""
+        """The positions (V, 3), all finite."""
         draco_values = self._draco_values("POSITION")
         if draco_values is not None:
             positions = draco_values.astype(np.float32)
@@ -192,7 +192,7 @@ class Vertices:
         return np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
 
     def colors(self) -> Floats | None:
-        """Return the first set of colours, (V, 3) or (V, 4); some may be NaN."""
+        """Return the first set of colors, (V, 3) or (V, 4); some may be NaN."""
         accessor, draco_values = self._accessor_index("COLOR_0"), self._draco_values("COLOR_0")
         if accessor is None:
             return None
@@ -205,7 +205,7 @@ class Vertices:
         )
 
     def corners(self) -> NDArray[np.uint32]:
-        """Return (N,) indices of vertices, in the order of the primitive's mode."""
+        """Return the indices of vertices (N,), in the order of the primitive's mode."""
         count = len(self.positions)
         if self._draco_data is not None:
             numbers = self._draco_data[0].reshape(-1)

@@ -175,7 +175,7 @@ def unread_notes(gltf: GltfFile) -> dict[str, None]:
 
 
 def _unread_sentences(gltf: GltfFile, counts: "_UnreadCounts") -> Iterator[str]:
-    """Yield sentences on extensions and properties that are not read at all."""
+    """Yield sentences on the extensions and properties that are not read at all."""
     unread_extensions = {
         name: count for name, count in counts.extensions.items() if not _is_read(name)
     }

@@ -81,7 +81,7 @@ def _read_camera(
 
 
 def _lens_unit_mm(stage: UsdStage, prim: UsdObject, frame: float) -> float:
-    """Return how many mm one unit of the lens is; note a lens that is not in tenths of a unit."""
+    """Return the millimeters in a unit of the lens; note a lens that is not in tenths of a unit."""
     usd_unit_mm = stage.meters_per_unit * 100
     focal, width = (
         _read_number(stage, prim, attribute, frame) for attribute in ("focalLength", _WIDTH)
@@ -96,7 +96,7 @@ def _lens_unit_mm(stage: UsdStage, prim: UsdObject, frame: float) -> float:
 def _read_lens_tracks(
     stage: UsdStage, prim: UsdObject, frames: tuple[int, ...], unit_mm: float
 ) -> Tracks:
-    """Return the lens at each frame: millimetres, and metres for the focus."""
+    """Return the lens at each frame: in millimeters, with the focus in meters."""
     units = {"focal_length_mm": unit_mm, "f_stop": 1.0, "focus_distance_m": stage.meters_per_unit}
     tracks = {
         field: tuple(_read_number(stage, prim, name, frame) * units[field] for frame in frames)
@@ -130,7 +130,7 @@ def _read_number(stage: UsdStage, prim: UsdObject, name: str, frame: float) -> f
 
 
 def _read_pose(stage: UsdStage, prim: UsdObject, frame: float) -> Pose:
-    """Return the pose of a prim without its parents' scale, upright if they mirror it."""
+    """Return the pose of a prim at a frame, without the scale and mirroring of its parents."""
     matrix = stage.world_matrices([prim], frame)[0]
     back, up = matrix[:3, 2], matrix[:3, 1]
     side = np.cross(up, back)

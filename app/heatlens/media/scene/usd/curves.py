@@ -68,7 +68,7 @@ def read_curves(materials: UsdMaterials, prim: object) -> list[Mesh]:
 
 
 def read_points(materials: UsdMaterials, prim: object) -> list[Mesh]:
-    """Return the solids of UsdGeom.Points."""
+    """Return the solids drawn for UsdGeom.Points; none if it has no points."""
     what, first_time = _describe(materials, prim), usd_module("Usd").TimeCode.EarliestTime()
     prim_points = usd_module("UsdGeom").Points(prim)
     points = _convert_points(what, prim_points.GetPointsAttr().Get(first_time))
@@ -93,7 +93,10 @@ def read_points(materials: UsdMaterials, prim: object) -> list[Mesh]:
 
 
 class _Lines:
-    """Rows (P, n) of position, width and color along one curve after the other."""
+    """Points on curves: rows (P, n) of position, width and color, one curve after the other.
+
+    `counts` (C,) holds the number of points of each curve.
+    """
 
     def __init__(self, rows: Array, counts: Indices) -> None:
         self.rows = rows
@@ -108,7 +111,7 @@ class _Lines:
         return self._sample_cubic(basis, wrap)
 
     def select_evenly(self, points_most: int) -> "_Lines":
-        """Return an even selection of the curves with about `most` points in total."""
+        """Return an even selection of the curves with about `points_most` points in total."""
         curve_count = max(1, int(len(self.counts) * points_most / max(len(self.rows), 1)))
         is_chosen = np.zeros(len(self.counts), bool)
         is_chosen[np.linspace(0, len(self.counts) - 1, curve_count).astype(int)] = True
@@ -122,7 +125,7 @@ class _Lines:
         return _Lines(rows, self.counts + has_points)
 
     def _sample_cubic(self, basis: str, wrap: str) -> "_Lines":
-        """Return points along the segments of cubic curves."""
+        """Return points along cubic curves: _STEPS for each segment, and the end of the curve."""
         step = 3 if basis == "bezier" else 1
         pieces = [_windows(int(count), step, basis, wrap) for count in np.unique(self.counts)]
         shapes = dict(zip(np.unique(self.counts).tolist(), pieces, strict=True))
@@ -148,7 +151,7 @@ class _Lines:
 
 
 def _windows(count: int, step: int, basis: str, wrap: str) -> Indices:
-    """Return (S, 4), the indices of the four points of each segment of a curve."""
+    """Return the indices (S, 4) of the four points that control each segment of a curve."""
     if count < 2 or (count < 4 and wrap != "pinned"):
         return np.zeros((0, 4), np.int64)
     indices = np.arange(count)
@@ -176,7 +179,7 @@ def _convert_points(what: str, stored: UsdObject) -> Array:
 
 
 def _choose_widths(what: str, stored: object, points: Array, counts: Indices) -> Array:
-    """Return (P,) widths: constant, per curve or per point; a thin default if none fits."""
+    """Return the widths (P,): constant, per curve or per point; a thin default if none fits."""
     widths = np.nan_to_num(float_array(stored, 1, f"{what}: widths")[:, 0].astype(np.float64))
     if len(widths) == len(points):
         return widths
@@ -189,7 +192,7 @@ def _choose_widths(what: str, stored: object, points: Array, counts: Indices) ->
 def _read_colors(
     materials: UsdMaterials, prim: object, points: int, counts: Indices
 ) -> tuple[Array, int]:
-    """Return (P, 3) colors that multiply the base color, and the material."""
+    """Return colors (P, 3) that multiply the base color, and the number of the material."""
     primvar = usd_module("UsdGeom").PrimvarsAPI(prim).GetPrimvar("displayColor")
     stored = primvar.ComputeFlattened() if primvar else None
     values = float_array(stored, 3, f"{_describe(materials, prim)}: displayColor").astype(

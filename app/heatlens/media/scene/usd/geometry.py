@@ -37,7 +37,7 @@ _LENGTH_NAMES = ("size", "radius", "height", "width", "length", "radiusTop", "ra
 class UsdGeometry:
     """The meshes of prims; each prim is read once.
 
-    errors  the error of each prim with inconsistent data, which has no mesh
+    errors  the error of each prim whose data are inconsistent, and which has no mesh
     """
 
     materials: UsdMaterials
@@ -191,7 +191,7 @@ def is_instancer(prim: UsdObject) -> bool:
 
 
 def is_within_instancer(prim: UsdObject) -> bool:
-    """Return True below a point instancer, where prims are prototypes and not drawn directly."""
+    """Return True for a prim below a point instancer: a prototype, which is not drawn itself."""
     parent = prim.GetParent()
     while parent and not parent.IsPseudoRoot():
         if is_instancer(parent):

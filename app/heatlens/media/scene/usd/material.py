@@ -31,7 +31,7 @@ class UsdMaterials:
     def number_of(self, prim: UsdObject, has_own_colors: bool = False) -> int:
         """Return the number of the material that a mesh or a part of it is bound to.
 
-        With `has_own_colors`, an unbound mesh is white, because its vertices have the colours.
+        With `has_own_colors`, an unbound mesh is white, because its vertices have the colors.
         """
         shade = usd_module("UsdShade")
         bound_material, _ = shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
@@ -54,7 +54,7 @@ class UsdMaterials:
         return self._numbers_by_name[name]
 
     def _read_surface(self, name: str, surface: UsdObject) -> Material:
-        """Return the material of a UsdPreviewSurface."""
+        """Return the material of a UsdPreviewSurface that is called `name`."""
         base, base_map = self._read_input(surface, "diffuseColor", 0.18, 0.18, 0.18)
         glow, glow_map = self._read_input(surface, "emissiveColor", 0.0, 0.0, 0.0)
         opacity, _ = self._read_input(surface, "opacity", 1.0)
@@ -78,7 +78,10 @@ class UsdMaterials:
     def _read_input(
         self, surface: UsdObject, name: str, *default: float
     ) -> tuple[tuple[float, ...], int | None]:
-        """Return the value of an input, with as many numbers as its default, and its picture."""
+        """Return the value of an input, with as many numbers as `default`, and its picture's index.
+
+        An input with a picture has the default value. The index is None without a usable picture.
+        """
         entry = surface.GetInput(name)
         if not entry:
             return default, None
@@ -118,7 +121,7 @@ class UsdMaterials:
 
 
 def _clip_color(value: Iterable[float]) -> Color:
-    """Return a colour; negative, infinite and NaN values become 0."""
+    """Return a color; negative, infinite and NaN values become 0."""
     red, green, blue = (float(v) if 0 <= v < math.inf else 0.0 for v in value)
     return red, green, blue
 

@@ -55,7 +55,7 @@ class Subdivision:
         return refined
 
     def _is_subdivided(self, mesh: UsdObject) -> bool:
-        """Return True for a mesh with the Catmull-Clark scheme; count those with Loop's."""
+        """Return True for a mesh with the Catmull-Clark scheme; count those with Loop's scheme."""
         attribute = mesh.GetSubdivisionSchemeAttr()
         scheme = attribute.Get()
         self.loop_scheme += scheme == "loop"
@@ -66,7 +66,10 @@ class Subdivision:
         return scheme == "catmullClark" and is_scheme_chosen
 
     def _choose_levels(self, corner_count: int) -> int:
-        """Return how often a mesh is subdivided: each level has four times as many quads."""
+        """Return how often a mesh is subdivided, 0 to _LEVELS; each level quadruples its quads.
+
+        A cage with n corners has n quads after the first level.
+        """
         quads_most = min(self.quads_left, _QUADS_OF_MESH_MOST)
         for levels in range(_LEVELS, 0, -1):
             if corner_count * 4 ** (levels - 1) <= quads_most:
@@ -120,7 +123,11 @@ def _add_creases(what: str, mesh: UsdObject, cage: Polygons) -> Polygons:
 def _chain_edges(
     indices: NDArray[np.int64], lengths: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return (E, 2), the edges of chains of vertices, and (E,), the chain of each edge."""
+    """Return the edges (E, 2) of chains of vertices, and the number of the chain of each, (E,).
+
+    `indices` holds the vertices of all chains one after the other, `lengths` their numbers. Invalid
+    lengths give no edges.
+    """
     no_edges = np.zeros((0, 2), np.int64), np.zeros(0, np.int64)
     if not len(lengths) or lengths.min() < 0 or lengths.sum() != len(indices):
         return no_edges
@@ -130,7 +137,7 @@ def _chain_edges(
 
 
 def _clip_sharpness(values: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return sharpness clipped to 0.._SHARP; NaN becomes 0."""
+    """Return sharpness clipped to 0.._SHARPNESS_MOST; NaN becomes 0."""
     return np.clip(
         np.nan_to_num(values.astype(np.float64), nan=0.0, posinf=_SHARPNESS_MOST),
         0.0,
@@ -239,7 +246,7 @@ def _check_polygons(
 
 
 def _make_fans(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return (T, 3) triangles of corners, and (T,) the face that each belongs to."""
+    """Return the triangles (T, 3) as numbers of corners, and the face of each (T,)."""
     sizes = np.maximum(counts - 2, 0)
     faces = np.repeat(np.arange(len(counts)), sizes)
     firsts = (np.cumsum(counts) - counts)[faces]
@@ -254,7 +261,10 @@ def _read_normals(
     corners: NDArray[np.int64],
     triangles: NDArray[np.int64],
 ) -> NDArray[np.float32] | None:
-    """Return (corners, 3): the file's, or smooth ones of a subdivision surface; None for flat."""
+    """Return the normals (corners, 3) of the file, or smooth ones for a subdivision scheme.
+
+    Returns None if the file has neither; the surface is then shaded flat.
+    """
     primvar = usd_module("UsdGeom").PrimvarsAPI(mesh.GetPrim()).GetPrimvar("normals")
     stored = primvar.ComputeFlattened() if primvar else mesh.GetNormalsAttr().Get()
     values = float_array(stored, 3, f"{what}: normals")
@@ -268,7 +278,7 @@ def _read_normals(
 
 
 def _read_uvs(what: str, prim: object, corners: NDArray[np.int64]) -> NDArray[np.float32] | None:
-    """Return (corners, 2) with v downwards."""
+    """Return the texture coordinates (corners, 2) with v downwards; None if there are none."""
     primvars = usd_module("UsdGeom").PrimvarsAPI(prim)
     for name in _UV_NAMES:
         stored = primvars.GetPrimvar(name).ComputeFlattened() if primvars.HasPrimvar(name) else None
@@ -286,7 +296,10 @@ def _read_uvs(what: str, prim: object, corners: NDArray[np.int64]) -> NDArray[np
 def _read_colors(
     what: str, prim: object, points: int, counts: NDArray[np.int64], corners: NDArray[np.int64]
 ) -> NDArray[np.float32] | None:
-    """Return (corners, 3) of displayColor, linear; None for a constant, which the material has."""
+    """Return the linear colors (corners, 3) of displayColor; None for a constant color.
+
+    The material has a constant color.
+    """
     primvar = usd_module("UsdGeom").PrimvarsAPI(prim).GetPrimvar("displayColor")
     stored = primvar.ComputeFlattened() if primvar else None
     values = float_array(stored, 3, f"{what}: displayColor")

@@ -32,10 +32,13 @@ _MATRICES_MOST = 20_000_000  # matrices of all instances over all frames
 
 @dataclass(frozen=True, eq=False)
 class _SampledMotion:
-    """Matrices (F, P, 4, 4) of prims over frames, and the number of the prim of each instance.
+    """The motion of instances: their matrices to the world at any frame.
 
-    The last n instances are copies within their prim, with the matrices `local` (F or 1, n, 4, 4)
-    to the prim.
+    first           frame of the first sample
+    matrices        (F, P, 4, 4) of P prims over F frames
+    matrix_numbers  the number of the prim of each instance
+    local           (F or 1, n, 4, 4) of the last n instances, which are copies within their prim,
+                    to the prim
     """
 
     first: int
@@ -44,7 +47,7 @@ class _SampledMotion:
     local: Array
 
     def __call__(self, frame: float) -> Array:
-        """Return (instances, 4, 4), interpolated linearly between two frames."""
+        """Return the matrices (instances, 4, 4), interpolated linearly between two frames."""
         index = min(max(frame - self.first, 0.0), max(len(self.matrices) - 1.0, 0.0))
         to_world = _interpolate(self.matrices, index)[list(self.matrix_numbers)]
         copies = self.local.shape[1]
@@ -78,7 +81,7 @@ def usd_scene(text: str) -> Scene:
 
 
 class _Instance(NamedTuple):
-    """The name and the mesh of an instance, and the number of its prim, or of its instancer."""
+    """An instance: its name, its mesh, and the number of its prim or of its instancer."""
 
     name: str
     mesh: int

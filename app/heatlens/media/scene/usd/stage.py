@@ -21,7 +21,7 @@ _FRAMES_MOST = 100_000
 class UsdStage:
     """An opened USD file.
 
-    to_metres  (4, 4) from its world to ours: metres, y up
+    to_metres  (4, 4) matrix from the world of the file to that of heatlens: meters, y up
     prims      all defined prims, also those within instances
     notes      sentences for the user, in order, each once
     """
@@ -54,7 +54,7 @@ class UsdStage:
         return frames
 
     def world_matrices(self, prims: list[object], frame: float) -> Array:
-        """Return (P, 4, 4), the matrices from each prim to the heatlens world at a frame."""
+        """Return the matrices (P, 4, 4) from each prim to the world of heatlens at a frame."""
         cache = usd_module("UsdGeom").XformCache(frame)
         rows = np.array([cache.GetLocalToWorldTransform(prim) for prim in prims], np.float64)
         matrices = self.to_metres @ rows.reshape(-1, 4, 4).swapaxes(1, 2)

@@ -36,7 +36,13 @@ _READER_DEFAULTS: Mapping[str, object] = {
 
 @dataclass(frozen=True)
 class _Loss:
-    """An ignored attribute of prims: its schema, its name, the note, and when it has an effect."""
+    """An attribute that is ignored.
+
+    kind        the schema of UsdGeom that has it
+    attribute   its name
+    words       the note for the user
+    has_effect  returns True if the value would change the picture
+    """
 
     kind: str  # a schema of UsdGeom
     attribute: str
@@ -50,7 +56,7 @@ def _may_vary(attribute: UsdObject) -> bool:
 
 
 def _has_value(attribute: UsdObject) -> bool:
-    """Return True if the file has a value, and not only zeros or ones."""
+    """Return True if the file has a value that is not only zeros or ones."""
     value = attribute.Get() if attribute.HasAuthoredValue() else None
     return value is not None and value not in (0, 1) and any(v != 1 for v in _list_values(value))
 
@@ -195,7 +201,7 @@ def _reader_notes(reader: UsdObject) -> Iterable[str]:
 
 
 def _is_default(value: object, default: object) -> bool:
-    """Return True if a value is the default, missing, or of an input without effect (None)."""
+    """Return True if the value is the default, missing, or without effect (default None)."""
     if value is None or default is None:
         return True
     return (

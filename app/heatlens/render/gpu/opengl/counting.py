@@ -28,7 +28,10 @@ def counting_device(device: Device, counts: Counter[str]) -> Device:
 
 
 def _counting_context(ctx: moderngl.Context, counts: Counter[str]) -> moderngl.Context:
-    """Return a copy of a context whose programs, draws, clears and barriers only count."""
+    """Return a copy of a context whose programs, draws, clears and barriers only add to `counts`.
+
+    Programs, vertex arrays and framebuffers are still built by the original context.
+    """
     copied = copy(ctx)
 
     def compute_shader(source: str) -> object:

@@ -212,7 +212,7 @@ class GlFramebuffer(Framebuffer):
 
     @property
     def writes_color(self) -> bool:
-        """False leaves the colours as they are."""
+        """False leaves the colors as they are."""
         mask: Any = self.raw.color_mask
         return any(mask)
 
@@ -236,7 +236,7 @@ class GlFramebuffer(Framebuffer):
     def clear(
         self, red: float = 0.0, green: float = 0.0, blue: float = 0.0, alpha: float = 0.0
     ) -> None:
-        """Fill it with a colour, and its depths with the farthest."""
+        """Fill it with a color, and its depths with the farthest."""
         self._clear(red, green, blue, alpha)
 
     def read(self, viewport: Area | None = None, components: int = 3, dtype: str = "f1") -> bytes:

@@ -53,6 +53,7 @@ class _GlProgram(LinkedProgram):
             names = self._declared.of_kind(kind)
             self._assign_units(sorted((n for n in raw if n in names), key=self._is_settable))
         self._is_strict = bool(os.environ.get(STRICT_VARIABLE))
+        # the uniforms that were never given a value
         self._unset = {n for n in raw if self._declared.kinds.get(n) == "uniform"}
         self._current_values: dict[
             str, object
@@ -77,7 +78,10 @@ class _GlProgram(LinkedProgram):
     def bind(
         self, textures: NamedImages, images: NamedImages, buffers: NamedBuffers, uniforms: Uniforms
     ) -> None:
-        """Bind the inputs and outputs of the program's next run."""
+        """Bind the inputs and outputs of the program's next run, by name.
+
+        Raises ShaderError for a name that the program does not declare.
+        """
         texture_map: Mapping[str, Any] = textures or _NOTHING
         image_map: Mapping[str, Any] = images or _NOTHING
         buffer_map: Mapping[str, Any] = buffers or _NOTHING

@@ -232,7 +232,7 @@ class FileCommands(Commands, Worker):
         return f"{plate.path.stem}.dof.exr" if plate is not None else ""
 
     def apply_choice(self, chosen_file: ChosenFile) -> None:
-        """Apply the choice of a dialog."""
+        """Open, import or write the file that was chosen in a dialog, by the dialog's purpose."""
         key, path = chosen_file.purpose.key, chosen_file.path
         frame_path = chosen_file.entry.file_at(self._editing.frame) if chosen_file.entry else path
         self._preferences.remember_folder(key, path.parent)

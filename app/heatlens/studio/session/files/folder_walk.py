@@ -14,7 +14,7 @@ from heatlens.media.sequence.sequence import find_sequence
 
 @dataclass(frozen=True)
 class Purpose:
-    """What a file is chosen for."""
+    """What a file is chosen for: the texts of the dialog and the files that it takes."""
 
     key: str  # under which the last folder is remembered
     title: str
@@ -156,11 +156,15 @@ class FolderWalk:
         return None if entry is None else ChosenFile(self.purpose, entry.path, entry)
 
     def overwrite(self) -> ChosenFile | None:
-        """Agree to replace the existing file."""
+        """Return the existing file as the choice, to replace it; None if none was asked about."""
         return None if self.existing_file is None else ChosenFile(self.purpose, self.existing_file)
 
     def _file_to_write(self) -> ChosenFile | None:
-        """Return the file to write; ask first if it exists."""
+        """Return the file to write, with a suffix.
+
+        Return None without a name, and if the file exists: `existing_file` is then to be asked
+        about.
+        """
         name = self.name.strip()
         if not name or self._listing is None:
             return None

@@ -32,12 +32,12 @@ CopiedKeys = tuple[tuple[Row, tuple[Key | PoseKey, ...]], ...]
 
 
 def all_keys(shot: Shot) -> KeySelection:
-    """Return every key of the shot."""
+    """Return every key of the shot, of all lens parameters and of the camera."""
     return frozenset(KeyId(row, frame) for row in ROWS for frame in key_frames(shot, row))
 
 
 def keys_at(shot: Shot, frame: float) -> KeySelection:
-    """Return the keys at a frame."""
+    """Return the keys of all rows at a frame, up to a difference of SAME_FRAME."""
     return frozenset(key for key in all_keys(shot) if abs(key.frame - frame) < SAME_FRAME)
 
 

@@ -118,7 +118,12 @@ class KeyDrag(KeyGesture[_KeyDragStart]):
     def drag(
         self, pointer: Position, positions: KeyPositions, per_frame: float, move: Move
     ) -> None:
-        """Follow the pointer."""
+        """Extend the box, or ripple or move the chosen keys, as far as the pointer has moved.
+
+        `positions` are the screen positions of all keys, `per_frame` the screen units of one frame.
+        `move` returns the shot with the chosen keys moved; see `Move`. A ripple moves the pressed
+        key and all later ones, and leaves no key chosen.
+        """
         start = self._start
         if start is None:
             return
@@ -158,7 +163,7 @@ def nearest_key(pointer: Position, positions: KeyPositions, reach: float) -> Key
 
 
 def keys_in_box(corner: Position, opposite: Position, positions: KeyPositions) -> KeySelection:
-    """Return the keys in a box."""
+    """Return the keys whose position lies in the box between two opposite corners."""
     (x0, x1), (y0, y1) = (sorted(pair) for pair in zip(corner, opposite, strict=True))
     return frozenset(key for key, (x, y) in positions.items() if x0 <= x <= x1 and y0 <= y <= y1)
 

@@ -19,7 +19,7 @@ class CameraRow(StrEnum):
 
     @property
     def words(self) -> str:
-        """The name on the screen."""
+        """The name of the row as the screen shows it."""
         return str(self)
 
 

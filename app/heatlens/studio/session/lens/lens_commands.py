@@ -69,7 +69,7 @@ class KitCommands(Commands):
         self._editing.edit_lens(replace(lens, breathing=ratio))
 
     def mount(self, kit_lens: KitLens) -> None:
-        """Mount another lens of the kit."""
+        """Mount another lens of the shot's kit; do nothing for a shot without a kit."""
         kit = self._editing.shot.kit
         if kit is not None:
             self._mount(kit, kit_lens)
@@ -176,7 +176,7 @@ class LensCommands(Commands):
             )
 
     def focus(self, distance_m: float) -> None:
-        """Focus at a distance in m."""
+        """Set the focus distance of the lens, in meters."""
         self._editing.edit_lens(replace(self._editing.lens, focus_distance_m=distance_m))
 
     def nudge_focus(self, notches: float) -> None:

@@ -44,7 +44,7 @@ class _Import(Commands, Generic[Imported]):
         self._path = Path()
 
     def begin(self, path: Path) -> None:
-        """Begin to read the file."""
+        """Begin to read the file on a thread; `poll` applies the result."""
         self._path = path
         self._reader.start(partial(self._read, path))
 
@@ -99,7 +99,7 @@ class FramingImport(Commands):
         self._reader: Background[tuple[Canvas, ...]] = Background(self._wake)
 
     def begin(self, path: Path) -> None:
-        """Begin to read the file."""
+        """Begin to read the framing lines of a file on a thread; `poll` shows them."""
         self._reader.start(partial(read_canvases, path))
 
     def poll(self) -> None:

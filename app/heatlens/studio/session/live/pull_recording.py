@@ -31,7 +31,7 @@ _SHARP_SHARE = 0.5  # first tolerance, as a share of the depth of field on one s
 
 
 class RecordingState(Enum):
-    """The stages of a recording."""
+    """The stages of a recording, in their order."""
 
     OFF = auto()
     ARMED = auto()  # the count-in begins when the shot is to play
@@ -41,7 +41,7 @@ class RecordingState(Enum):
 
     @property
     def is_waiting(self) -> bool:
-        """True before the end of a recording."""
+        """True from arming a recording until its keys are set."""
         return self not in (RecordingState.OFF, RecordingState.RECORDED)
 
 
@@ -83,7 +83,7 @@ class PullRecording(Commands, Worker):
 
     @property
     def state(self) -> RecordingState:
-        """The stage of the recording."""
+        """The present stage of the recording."""
         performance = self._editing.performance
         if self._count_in_start is not None:
             return RecordingState.COUNTING

@@ -1,4 +1,4 @@
-"""The plan of a shot: camera, surfaces and marks from above, in metres."""
+"""Make the plan of a shot: camera, surfaces and marks seen from above, in meters."""
 
 import math
 from collections.abc import Iterable
@@ -35,7 +35,7 @@ class Plan:
     """The plan, seen from above.
 
     half_tangent  tangent of half the horizontal angle of view
-    points        (N, 2): metres right of the axis and in front of the camera
+    points        (N, 2): meters right of the axis and in front of the camera
     reach_m       the largest distance on the plan
     marks         the marks that have a distance at this frame
     nearer        (N,) dioptres by which the focus is nearer at each point than in the middle
@@ -60,9 +60,10 @@ class PlanDrawer:
     def plan(
         self, plate: Plate, lens: Lens, marks: Iterable[tuple[Mark, float]], width_px: float
     ) -> Plan:
-        """Return the plan of a plate with distances.
+        """Return the plan of a plate that has distances.
 
-        `marks` are paired with their distances in m, in a picture that is `width_px` wide.
+        `marks` are pairs of a mark and its distance in meters. `width_px` is the width of the
+        picture that the marks are set in.
         """
         if self._plate is not plate:
             self._surfaces, self._plate = _sample_surfaces(plate), plate
@@ -78,6 +79,7 @@ class PlanDrawer:
 
 
 def _focus_plane(plate: Plate, lens: Lens) -> FocusOffset:
+    """Return how much nearer the focus is at each pixel than in the middle, in dioptres."""
     window = plate.display_window
     return focus_offset_of(lens, (window.width, window.height), plate.pixel_aspect_ratio)
 

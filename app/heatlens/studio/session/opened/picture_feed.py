@@ -20,7 +20,7 @@ from heatlens.render.source.stream_source import OpenedStream
 from heatlens.studio.session.opened.gpu_picture import GpuPicture
 from heatlens.studio.session.opened.scene_preview import ScenePreview
 
-# A plate, and the same plate with what its neighbouring frames show.
+# A plate, and the same plate with what its neighboring frames show.
 _WithNeighbours = tuple[Plate, Plate]
 
 
@@ -141,7 +141,7 @@ class PlateFeed(PictureFeed):
         self._show_cached(held_frame, playhead.is_playing)
 
     def _show_cached(self, frame: int, is_playing: bool) -> None:
-        """Show the plate of a frame if it is in the cache, at rest with its neighbours."""
+        """Show the plate of a frame if it is in the cache, at rest with its neighbors."""
         plate = self._opened.cache.get(frame)
         self.picture.is_settled = plate is not None
         if isinstance(plate, Damaged):
@@ -155,7 +155,7 @@ class PlateFeed(PictureFeed):
     # stopped and scrubbing passes many plates. The plate itself is shown meanwhile; playback shows
     # nothing else.
     def _with_neighbours(self, plate: Plate) -> Plate:
-        """Return the plate with what its neighbours show, or the plate until a thread has that."""
+        """Return the plate with what its neighbors show, or the plate until a thread has that."""
         self._searched_pair = self._finder.poll() or self._searched_pair
         if self._searched_pair is not None and self._searched_pair[0] is plate:
             return self._searched_pair[1]

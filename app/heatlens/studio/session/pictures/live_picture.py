@@ -48,7 +48,7 @@ FIRST_PLATE = PlateVersion(0)
 
 @dataclass
 class _Work:
-    """A picture that is in progress."""
+    """A picture that is being rendered in steps."""
 
     steps: Steps[Texture]
     key: PictureKey  # identifies the request that started it

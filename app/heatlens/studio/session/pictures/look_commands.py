@@ -33,7 +33,7 @@ class LookCommands(Commands):
 
     @property
     def looks(self) -> tuple[Look, ...]:
-        """The looks of the shot."""
+        """The looks that the shot keeps, in order."""
         return self._editing.shot.looks
 
     def keep(self) -> None:
@@ -73,12 +73,12 @@ class LookCommands(Commands):
             self._previous_lens = old_lens
 
     def rename(self, look: Look, name: str) -> None:
-        """Rename a look."""
+        """Give a look another name, as one undo step."""
         with report_errors(self._say):
             self._replace_look(look, (replace(look, name=name.strip()),))
 
     def delete(self, look: Look) -> None:
-        """Delete a look."""
+        """Delete a look from the shot, as one undo step."""
         self._replace_look(look, ())
 
     def _replace_look(self, look: Look, new_looks: tuple[Look, ...]) -> None:

@@ -52,7 +52,7 @@ class ColorChoice:
     def input_spaces(self) -> tuple[str, ...]:
         """Return the input color spaces to choose from, the default one first.
 
-        The plain sRGB curve has none: it uses the colour space of the header.
+        The plain sRGB curve has none: it uses the color space of the header.
         """
         return self._inputs
 

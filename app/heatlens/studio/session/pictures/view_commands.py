@@ -32,7 +32,7 @@ from heatlens.studio.session.shared import Commands, Shared
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The colours of a picture file, as side B of a comparison."""
+    """The colors of a picture file, as side B of a comparison."""
 
     path: Path
     texture: Texture
@@ -40,7 +40,7 @@ class Reference:
 
 @report_faults("The reference could not be read")
 def read_reference(path: Path) -> tuple[Path, FloatImage]:
-    """Return the path and the colours, (H, W, 4), of a picture file. Raise HeatlensError."""
+    """Return the path and the colors, (H, W, 4), of a picture file. Raise HeatlensError."""
     file_parts = color_file_parts(path, PlateOptions())
     choice = choose_color(path, [header for header, _ in file_parts], None)
     return path, read_color(path, file_parts, choice)[0]
@@ -157,7 +157,7 @@ class ViewCommands(Commands):
         self.change(exposure_stops=0.0, gamma=1.0)
 
     def toggle_unit(self) -> None:
-        """Switch the unit of distances between metres and feet."""
+        """Switch the unit of distances between meters and feet."""
         self.change(unit="ft" if self._view.state.unit == "m" else "m")
 
     def step_gain(self, steps: int) -> None:

@@ -162,7 +162,7 @@ class ClusterFrames(Commands):
         return None if self._cluster is None else self._cluster.urgent_result
 
     def cancel_whole(self) -> None:
-        """Cancel the whole picture."""
+        """Cancel the request for the whole picture, if there is a cluster."""
         if self._cluster is not None:
             self._cluster.request_urgent(None)
 

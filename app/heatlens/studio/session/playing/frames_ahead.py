@@ -150,7 +150,10 @@ class FramesAhead(Commands, Worker):
         self._read_ahead()
 
     def _order_frames(self) -> None:
-        """Sort the frames into rendering order, except during playback."""
+        """Sort the frames into rendering order; during playback, keep the order while it applies.
+
+        It applies as long as the played frames and the largest number of frames stay the same.
+        """
         timeline = self._timeline
         max_count = min(_MAX_FRAMES, max(1, self.store.capacity(self.picture_bytes)))
         order = PlayOrder(self._editing.frame, timeline.direction, timeline.played, max_count)
@@ -164,7 +167,7 @@ class FramesAhead(Commands, Worker):
 
     @property
     def picture_bytes(self) -> int:
-        """The memory of one frame in bytes."""
+        """The memory that the pixels of one frame take, in bytes."""
         width, height = self.jobs.size
         return width * height * _PIXEL_BYTES
 
@@ -225,7 +228,11 @@ class FramesAhead(Commands, Worker):
 
     @property
     def has_work(self) -> bool:
-        """Return True if there is a frame to render once the user rests."""
+        """Return True if there is work for once the user rests.
+
+        The work is a frame to render, keys of frames to compute, or a kept frame to convert for the
+        screen.
+        """
         if self._timeline.playback.direction or self._is_busy() or not self.is_on:
             return False
         if self._next_job() is None:
@@ -319,7 +326,7 @@ class FramesAhead(Commands, Worker):
         return self._preferences.values
 
     def switch(self) -> None:
-        """Switch rendering ahead on or off."""
+        """Switch rendering ahead on or off, in the user's preferences."""
         self._preferences.change(keep_frames=not self._preferences.values.keep_frames)
 
     def resize(self, memory_mb: int, disk_mb: int) -> None:
@@ -328,7 +335,7 @@ class FramesAhead(Commands, Worker):
         self.store.resize(memory_bytes_of(memory_mb), disk_mb * MEGABYTE)
 
     def close(self) -> None:
-        """Finish writing and end the threads."""
+        """Leave the cluster, finish writing the kept frames and end the threads."""
         if self._filler is not None:
             self._filler.close()
         self.cluster.close()

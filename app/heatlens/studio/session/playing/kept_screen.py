@@ -39,7 +39,7 @@ class KeptFrame(Shown):
 
 
 class KeptScreen(ScreenWork):
-    """Shows the frames of a `FramesAhead`."""
+    """Shows the frames that a `FramesAhead` keeps, and converts them for the screen beforehand."""
 
     def __init__(
         self,

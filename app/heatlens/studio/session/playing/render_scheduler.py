@@ -75,7 +75,7 @@ class WorkState:
 
 
 class Work(Enum):
-    """The kinds of work."""
+    """What to work on next: nothing, the plate, one side of the comparison, or frames ahead."""
 
     NOTHING = auto()
     PLATE = auto()
@@ -107,7 +107,7 @@ def is_rendering(plate: PlateState, sides: tuple[SideState, ...]) -> bool:
 # they would block the window for 3 to 4 s. Then the plate becomes finer. Frames ahead come last,
 # because they may be needed later and the visible picture is needed now.
 def next_work(state: WorkState) -> NextWork:
-    """Return what to work on next, and when."""
+    """Return what to work on next, and in how many seconds it may begin."""
     if state.plays_rendered:
         return NextWork(Work.NOTHING, None)
     if not is_rendering(state.plate, state.sides):

@@ -9,7 +9,7 @@ from heatlens.media.documents.shot_file import SHOT_SUFFIX
 
 
 class Where(StrEnum):
-    """Who makes the frames."""
+    """Who makes the frames: this machine, the workers of a cluster, or a job on a farm."""
 
     HERE = "this machine"
     CLUSTER = "a cluster (Dask)"

@@ -36,7 +36,7 @@ WINDOW_LEAST, _WINDOW_MOST = 200, 16384  # limits of a side of the window, in sc
 
 
 class Theme(StrEnum):
-    """The colour theme of the interface."""
+    """The color theme of the interface."""
 
     DARK = "dark"
     LIGHT = "light"
@@ -49,7 +49,7 @@ class PreferenceValues:
     recent         absolute paths of opened files, the latest first
     folders        the last folder of each file dialog, by purpose
     plates         plate options by folder, the latest choice last
-    display, view  names in the colour config; "" for its defaults
+    display, view  names in the color config; "" for its defaults
     unit           unit of distances, "m" or "ft"
     guides         guide lines and mattes; the desqueeze is not remembered, each file has its own
     peaking        settings of the focus peaking
@@ -58,7 +58,7 @@ class PreferenceValues:
     hidden_panels  names of the closed panels
     layout         arrangement of the panels as ImGui writes it; "" for the original one
     layout_em      font size in pixels when the layout was written; 0 if unknown
-    theme          the colour theme of the interface
+    theme          the color theme of the interface
     ui_scales      the user's scale of the interface, by monitor
     feed_labels    whether the second window shows the names of looks in a grid
     ending         what happens after the last played frame

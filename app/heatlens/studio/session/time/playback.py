@@ -36,7 +36,7 @@ class Playback:
         self.direction = 0
         self.is_new_shot = False
         self.next_shot: Callable[[], bool] = lambda: False
-        self._frame_time_s = 0.0
+        self._frame_time_s = 0.0  # time of the clock at which the current frame was due
 
     def play(self, direction: int, frame: int, frames: FrameRange) -> int:
         """Begin to play; return the frame to begin with.
@@ -49,7 +49,7 @@ class Playback:
         return frame if frame in frames and not is_over else start
 
     def stop(self) -> None:
-        """Stop on the current frame."""
+        """Stop playing; the playhead stays on the current frame."""
         self.direction = 0
 
     def next_frame(self, frame: int, frames: FrameRange, rate: float, is_ready: bool) -> int:

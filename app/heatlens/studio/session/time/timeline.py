@@ -26,7 +26,7 @@ _MAX_SHARE = 0.05  # the largest share of the time that may be spent on updating
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Neighbouring frames, first to last, in the same state."""
+    """Neighboring frames, first to last, in the same state."""
 
     first: int
     last: int
@@ -56,7 +56,7 @@ class FrameStates:
 
 
 def runs_of(states: Mapping[int, FrameState]) -> tuple[Run, ...]:
-    """Join neighbours in the same state; frames that are only on disk are in no run."""
+    """Join neighbors in the same state; frames that are only on disk are in no run."""
     runs = []
     for state, frames in groupby(states, key=states.__getitem__):
         if state != "absent":

@@ -29,7 +29,7 @@ _MIN_LABEL_M = 0.01  # smallest label, if the entrance pupil lies behind the fil
 
 
 class Tick(NamedTuple):
-    """A labelled distance in metres, its text, and the x where the text begins."""
+    """A labeled distance in meters, its text, and the x where the text begins."""
 
     distance_m: float
     text: str
@@ -37,7 +37,7 @@ class Tick(NamedTuple):
 
 
 def round_distances_m(near_m: float, unit: str, steps: tuple[float, ...]) -> Iterator[float]:
-    """Yield round distances from `near_m` on, in metres or in feet and inches."""
+    """Yield round distances from `near_m` on, in meters or in feet and inches."""
     if unit == "m":
         yield from _multiples_m(near_m, math.inf, 1.0, steps)
         return
@@ -198,7 +198,7 @@ def draw_scale(
     unit: str,
     offset_m: float = 0.0,
 ) -> None:
-    """Draw labelled distances under a bar of this size, as many as fit.
+    """Draw labeled distances under a bar of this size, as many as fit.
 
     Labels are distances from where the user measures them, which are longer by `offset_m` than
     those of the histogram.

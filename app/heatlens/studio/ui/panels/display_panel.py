@@ -1,4 +1,4 @@
-"""Draw the Display panel: colour, overlays and comparison."""
+"""Draw the Display panel: color, overlays and comparison."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace

@@ -99,7 +99,7 @@ class LookStills:
 
 
 def looks_panel(facts: Facts, desk: PictureDesk, stills: LookStills) -> None:
-    """Draw the panel in the current window."""
+    """Draw the Looks panel in the current window."""
     tip = "Stores focal length, f-stop, focus and film back under a letter (Shift+L)."
     if widgets.button("Keep this look", "keep look", tip):
         desk.looks.keep()

@@ -45,7 +45,7 @@ _PART_TIP = "The part of the object that is measured: its middle, or its nearest
 
 
 def marks_panel(desk: TimeDesk, unit: str, ui: UiState) -> None:
-    """Draw the panel in the current window."""
+    """Draw the Marks panel in the current window; distances are shown in `unit`."""
     tip = "At the distance in focus (M). Ctrl+Shift+click in the picture marks what is there."
     if widgets.button("Set mark here", "set mark", tip):
         desk.marks.set_here()

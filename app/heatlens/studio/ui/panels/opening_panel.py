@@ -209,7 +209,7 @@ def _draw_image_disc(
 def image_cells(
     aperture: Aperture, position: tuple[float, float]
 ) -> tuple[tuple[tuple[int, int, float], ...], ...]:
-    """Return the rows of a disc behind the focus as runs of cells: (first, after the last, grey).
+    """Return the rows of a disc behind the focus as runs of cells: (first, after the last, gray).
 
     The box around a round disc has `_CELLS` cells in each direction; black runs are omitted.
     """

@@ -63,7 +63,7 @@ class PlanPanel:
 
 
 class _Drawing:
-    """Draws a plan; maps metres to the screen."""
+    """Draws a plan; maps meters to the screen."""
 
     def __init__(self, plan: Plan, lens: Lens, unit: str, corner: ImVec2, size: ImVec2) -> None:
         self._plan, self._lens, self._unit = plan, lens, unit
@@ -97,7 +97,7 @@ class _Drawing:
         return ""
 
     def draw(self) -> None:
-        """Draw everything, the focus on top."""
+        """Draw distances, sharp range, surfaces, camera and marks, and the focus on top of them."""
         end = ImVec2(self._corner.x + self._size.x, self._corner.y + self._size.y)
         self._draw_list.push_clip_rect(self._corner, end, True)
         self._draw_list.add_rect_filled(self._corner, end, theme.colors.groove, 2.0)

@@ -278,7 +278,7 @@ def _kind_row(options: PlateOptions, facts: PlateFacts) -> PlateOptions:
 
 
 def _unit_rows(options: PlateOptions, say: Say) -> PlateOptions:
-    """Draw the choice of the scene unit, by name or in metres."""
+    """Draw the choice of the scene unit, by name or in meters."""
     with widgets.disabled(not options.depth_convention.facts.has_unit):
         old_m = options.scene_unit_m
         known_m = next((unit_m for unit_m in _UNITS if math.isclose(unit_m, old_m)), old_m)

@@ -30,7 +30,7 @@ _SIZES = ((640, 360), (1280, 720), (1920, 1080))
 
 
 def scene_panel(scenes: SceneCommands, editing: Editing, say: Callable[[str], None]) -> None:
-    """Draw the panel in the current window; a scene must be open."""
+    """Draw the Scene panel in the current window; a scene must be open."""
     scene = scenes.scene
     assert scene is not None
     _camera_row(scenes)

@@ -34,10 +34,14 @@ class PictureFade:
         )
         self._frame_key: object = None  # the same for the frame being drawn, if it shows a preview
         self._last_frame_key: object = None  # the same for the frame before
-        self._start_s: float | None = None
+        self._start_s: float | None = None  # when the current fade began; None while nothing fades
 
     def draw(self, picture: Shown | None, viewport: Viewport, geometry: ViewGeometry) -> None:
-        """Draw the fading preview over the picture, in the current window."""
+        """Draw the fading preview over the picture, in the current window.
+
+        Nothing is drawn while `picture` is itself a preview, or if the kept preview has another
+        content or position.
+        """
         picture_key = (
             None
             if picture is None
@@ -93,7 +97,7 @@ class PictureFade:
         return None if self._start_s is None else _FRAME_S
 
     def release(self) -> None:
-        """Free the texture."""
+        """Free the kept copy of the screen."""
         if self._preview is not None:
             for texture in self._preview.color_attachments:
                 texture.release()

@@ -1,4 +1,4 @@
-"""Draw the legend of an overlay: its colours and what they mean, in a corner of the picture."""
+"""Draw the legend of an overlay: its colors and what they mean, in a corner of the picture."""
 
 import math
 from collections.abc import Sequence

@@ -101,7 +101,7 @@ class PixelValues:
         pictures: Pictures,
         picture_view: PictureView,
     ) -> int:
-        """Draw the values in the current window; return the number of labelled pixels.
+        """Draw the values in the current window; return the number of labeled pixels.
 
         `light` is the scene-linear texture of a side, `display_texture` the same with the view
         transform.

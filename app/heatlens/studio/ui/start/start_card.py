@@ -134,7 +134,7 @@ def _draw_text(card: Card, x: float, area: CardArea, is_opening: bool) -> None:
 
 
 _WIDTH_EM, _MARGIN_EM = 38.0, 1.2
-_SHARE_ABOVE = 0.4  # share of the free height above the cards; less than half looks centred
+_SHARE_ABOVE = 0.4  # share of the free height above the cards; less than half looks centered
 
 
 @dataclass(frozen=True)

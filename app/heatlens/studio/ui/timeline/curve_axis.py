@@ -19,7 +19,7 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.keys.key_choice import KeySelection, check_shot, frames_of
 
 _MIN_LABELS = 3
-_MIN_DIOPTRES = 1e-6  # dioptres; stands for infinity, which has no place on a scale of metres
+_MIN_DIOPTRES = 1e-6  # dioptres; stands for infinity, which has no place on a scale of meters
 
 
 # The axis of the focus fits the keys; F over the curve includes the marks, and the timeline grows
@@ -49,7 +49,7 @@ class CurveAxis:
     fine: tuple[float, ...] = ()
 
     def place_of(self, value: float) -> float:
-        """Return the place of a value."""
+        """Return the place of a value of the parameter on the axis."""
         return self.factor * self.scale.position_of(value)
 
     def value_at(self, place: float) -> float:
@@ -57,7 +57,7 @@ class CurveAxis:
         return self.scale.value_at(place / self.factor)
 
     def from_scale(self, place: float, scale: Scale) -> float:
-        """Convert a value on a curve's own scale, which may be metres, to a place."""
+        """Convert a value on a curve's own scale, which may be meters, to a place."""
         if scale is self.scale:
             return self.factor * place
         return self.place_of(max(scale.value_at(place), _MIN_DIOPTRES))
@@ -69,12 +69,18 @@ class CurveAxis:
         return scale.position_of(self.value_at(max(place, _MIN_DIOPTRES)))
 
     def labels_for(self, places_apart: float) -> tuple[float, ...]:
-        """Return the longest list of labels that are this far apart, or the shortest list."""
+        """Return the longest list of labels that are at least this many places apart.
+
+        Return the shortest list if the labels of none are.
+        """
         fitting = [values for values in self.labels if self._least_gap(values) >= places_apart]
         return fitting[-1] if fitting else self.labels[0]
 
     def visible_labels(self, low: float, high: float, places_apart: float) -> list[float]:
-        """Return the values to label from one place to another."""
+        """Return the values to label between two places, `low` and `high`.
+
+        If fewer than _MIN_LABELS of the usual labels are visible, the fine ones are used instead.
+        """
         values: list[float] = []
         for candidates in (self.labels_for(places_apart), self.fine):
             values = [
@@ -85,6 +91,7 @@ class CurveAxis:
         return values
 
     def _least_gap(self, values: tuple[float, ...]) -> float:
+        """Return the smallest distance between two of the values, in places."""
         places = sorted(self.place_of(value) for value in values)
         return min(b - a for a, b in pairwise(places))
 

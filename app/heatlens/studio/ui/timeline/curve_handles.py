@@ -21,7 +21,10 @@ _MIN_LENGTH_EM = 1.7  # smallest distance of a tip from its key, so that both ca
 
 @dataclass(frozen=True)
 class Heights:
-    """Maps places of an axis to the screen, from `top_place` to `bottom_place`."""
+    """Maps places of an axis to the screen, from `top_place` to `bottom_place`.
+
+    `y` and `height` are the top and the height of the editor in screen units.
+    """
 
     top_place: float
     bottom_place: float
@@ -30,7 +33,7 @@ class Heights:
 
     @property
     def px_per_place(self) -> float:
-        """Screen units for one place."""
+        """Screen units per place of the axis."""
         return self.height / (self.bottom_place - self.top_place)
 
     def y_at(self, place: float) -> float:

@@ -40,7 +40,7 @@ _EDGE_EM = 0.6
 
 
 def timeline_panel(desk: TimeDesk, view: TimelineView, unit: str) -> None:
-    """Draw the panel in the current window and apply the mouse."""
+    """Draw the timeline in the current window, and apply what the mouse does in it."""
     transport(desk, view)
     if desk.recording.state is RecordingState.OFF:
         key_controls_row(desk, view)

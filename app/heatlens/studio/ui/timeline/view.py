@@ -18,7 +18,7 @@ _STEPS = 1, 2, 5  # times a power of ten: frames between two numbers on the rule
 class TimeScale:
     """Frames `first` to `last` over `width` screen units from `x` on; each frame has a cell.
 
-    `first` and `last` are times: the cell of frame n is centred at time n.
+    `first` and `last` are times: the cell of frame n is centered at time n.
     """
 
     first: float
@@ -33,11 +33,11 @@ class TimeScale:
 
     @property
     def px_per_frame(self) -> float:
-        """Screen units per frame."""
+        """The width of one frame in screen units."""
         return self.width / (self.last - self.first)
 
     def x_at(self, frame: float) -> float:
-        """Return the x position of a time."""
+        """Return the x position of a time on the screen; `frame` may lie between two frames."""
         return self.x + (frame - self.first) * self.px_per_frame
 
     def time_at(self, x: float) -> float:
