@@ -38,9 +38,9 @@ _OF_WINDOWS = (
     *("heatlens.studio.ui", "imgui_bundle", "glfw", "support.gui"),
     *("support.scene_window", "support.timeline_window", "support.window_plates"),
 )
-LINES_WARNED, LINES_MAX = 320, 500
+LINES_WARNED, LINES_MAX = 300, 500
 FUNCTION_LINES_MAX = 42
-LONG_FILES = 22  # with more than LINES_WARNED
+LONG_FILES = 50  # with more than LINES_WARNED; it was 20, and has to become so again
 FILES_OF_A_HALL, FILES_OF_OTHERS, FILES_AT_THE_ROOT = 24, 40, 5
 FILES = sorted(PACKAGE.rglob("*.py"))
 
@@ -366,35 +366,21 @@ def test_only_command_modules_call_print():
 def test_no_file_has_more_than_500_lines():
     """A file of more than 300 lines may hold two ideas; 500 lines are the limit.
 
-    `python tests/repo/test_layers.py` lists the files of more than 320 lines.
+    `python tests/repo/test_layers.py` lists the files of more than 300 lines.
     """
     assert not {name: count for name, count in lines_of_files().items() if count > LINES_MAX}
 
 
 def lines_of_files() -> dict[str, int]:
-    """Return the lines of each file, the longest first; comments do not count."""
-    lines = {module_of(path): len(without_comments(source_of(path))) for path in FILES}
+    """Return the lines of each file, the longest first."""
+    lines = {module_of(path): len(source_of(path).splitlines()) for path in FILES}
     return dict(sorted(lines.items(), key=lambda it: -it[1]))
-
-
-# A limit that counted explanations would be kept by leaving them out.
-def without_comments(source: str) -> list[str]:
-    """Return the lines of a source text without those that only hold a comment."""
-    return [line for line in source.splitlines() if not line.lstrip().startswith("#")]
-
-
-def lines_of_code(source: str, node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    """Return the lines of a function without its docstring, comments and blank lines."""
-    has_docstring = ast.get_docstring(node) is not None
-    first = node.body[0].end_lineno if has_docstring else node.lineno - 1
-    lines = without_comments("\n".join(source.splitlines()[first : node.end_lineno]))
-    return sum(bool(line.strip()) for line in lines)
 
 
 def test_no_function_has_more_than_42_lines():
     """A function that is longer than a screen usually does several things."""
     long = {
-        f"{module_of(path)}: {node.name}": lines_of_code(source_of(path), node)
+        f"{module_of(path)}: {node.name}": node.end_lineno - node.lineno + 1
         for path in FILES
         for node in ast.walk(ast.parse(source_of(path)))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
@@ -402,8 +388,8 @@ def test_no_function_has_more_than_42_lines():
     assert not {name: count for name, count in long.items() if count > FUNCTION_LINES_MAX}
 
 
-def test_only_few_files_are_far_longer_than_300_lines():
-    """To let one file grow beyond 320 lines, another has to be shortened."""
+def test_files_of_more_than_300_lines_do_not_become_more():
+    """To let one file grow beyond 300 lines, another has to be shortened."""
     assert sum(count > LINES_WARNED for count in lines_of_files().values()) <= LONG_FILES
 
 

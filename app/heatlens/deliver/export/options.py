@@ -45,10 +45,7 @@ class ExportOptions:
         label="overwrite files of other programs",
     )
     fps: float | None = _frames(
-        None,
-        "fps",
-        "frame rate of a movie, and of a glTF (default: the shot's)",
-        metavar="N",
+        None, "fps", "frame rate of a movie, and of a glTF (default: the shot's)", metavar="N"
     )
     start_timecode: str | None = _frames(
         None,

@@ -36,7 +36,7 @@ _MOST_NAMED_FILES = 5  # most files named in a sentence
 _MOVIE_ENCODING = 3
 
 _FIRST_FIELDS = {"is_float", "compression", "with_depth", "with_coc", "keep_channels"} | {
-    *("burn_in", "unit", "burn_in_text", "shot_name"),
+    *("burn_in", "unit", "burn_in_text", "shot_name")
 }
 
 

@@ -20,11 +20,7 @@ PATIENCE_S = 10  # time limit for an answer of the scheduler
 _ADDRESS = re.compile(r"(tcp|tls|wss?)://(\[[\da-f:.]+\]|[^\s/:]+):\d{1,5}")
 NO_ANSWER = (OSError, ValueError, TimeoutError)  # raised if there is no answer
 # The scheduler has died.
-_LOSS_ERRORS = (
-    "FutureCancelledError",
-    "CancelledError",
-    "CommClosedError",
-)
+_LOSS_ERRORS = ("FutureCancelledError", "CancelledError", "CommClosedError")
 
 
 def library() -> ModuleType:

@@ -159,9 +159,7 @@ class _Parser(argparse.ArgumentParser):
 def _unquoted_pattern_message(files: Sequence[str]) -> str:
     """Return the error message for files that the shell put in the place of a pattern."""
     # Loads fileseq, and only this needs it.
-    from heatlens.media.sequence.names import (
-        parse_frame_name,
-    )
+    from heatlens.media.sequence.names import parse_frame_name
 
     first_file = Path(files[0])
     pattern = str(first_file.with_name(parse_frame_name(first_file.name)[0].text))

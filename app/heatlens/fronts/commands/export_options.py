@@ -47,10 +47,7 @@ from heatlens.fronts.commands.options.pinhole_output import (
     parse_kept_channels,
     pinhole_options,
 )
-from heatlens.fronts.commands.options.scene_options import (
-    add_framing_options,
-    with_framing,
-)
+from heatlens.fronts.commands.options.scene_options import add_framing_options, with_framing
 from heatlens.fronts.commands.shots.following import measure_live_focus
 from heatlens.fronts.commands.sources.source_commands import commands_for
 from heatlens.media.documents.frame_line_file import read_canvases

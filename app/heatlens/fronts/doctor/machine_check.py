@@ -29,10 +29,7 @@ MOST_NEW_SHARE = (
     0.05  # bytes that a second start may add to the cache, as a share of those of the first
 )
 # The variables of Mesa and NVIDIA.
-_CACHE_VARIABLES = (
-    "MESA_SHADER_CACHE_DIR",
-    "__GL_SHADER_DISK_CACHE_PATH",
-)
+_CACHE_VARIABLES = ("MESA_SHADER_CACHE_DIR", "__GL_SHADER_DISK_CACHE_PATH")
 _WINDOW_TIMEOUT_S = 60.0
 
 

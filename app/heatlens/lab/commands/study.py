@@ -21,12 +21,7 @@ from heatlens.fronts.commands.sources.source_commands import commands_for
 from heatlens.lab.measure.compared_pictures import Picture, read_picture
 from heatlens.lab.measure.metrics import flip_library
 from heatlens.lab.measure.study import measured as references
-from heatlens.lab.measure.study.folder import (
-    PAGE,
-    check_target,
-    report_folder,
-    write_report,
-)
+from heatlens.lab.measure.study.folder import PAGE, check_target, report_folder, write_report
 from heatlens.lab.measure.study.measured import Reference, Report, Subject, crop_color, measure_all
 from heatlens.lab.measure.study.pictures import crop_boxes
 from heatlens.render.frame_renderer import headless_renderer

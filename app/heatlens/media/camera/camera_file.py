@@ -64,10 +64,7 @@ def unsupported_notes(path: str | os.PathLike[str], camera: CameraSamples) -> tu
 
 
 def read_camera(
-    text: str,
-    scene_unit_m: float = 1.0,
-    up_axis: UpAxis = "y",
-    focus_unit_m: float | None = None,
+    text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y", focus_unit_m: float | None = None
 ) -> CameraSamples:
     """Read the camera that `text` names: the path of a file, with a suffix for some formats.
 

@@ -135,11 +135,7 @@ def _is_coverage_measured(
 
 
 def _measure_coverage(
-    name: str,
-    convention: DepthConvention,
-    added: Surface,
-    front: Surface,
-    nearest_m: FloatImage,
+    name: str, convention: DepthConvention, added: Surface, front: Surface, nearest_m: FloatImage
 ) -> BehindReport:
     """Return the shares of the pixels that `added` covers behind the plate and in front of it.
 

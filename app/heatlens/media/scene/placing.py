@@ -18,11 +18,7 @@ from heatlens.media.scene.scene_bounds import bounds_m
 SUFFIXES_WITHOUT_UNIT = (".obj", ".ply", ".stl")
 _HEAD_BYTES = 400  # enough for the first lines of these formats
 # By format: sizes, and the unit in meters that is guessed for a scene larger than this number.
-_UNITS = {
-    ".stl": ((5.0, 1e-3),),
-    ".obj": ((5000.0, 1e-3), (100.0, 1e-2)),
-    ".ply": ((100.0, 1e-3),),
-}
+_UNITS = {".stl": ((5.0, 1e-3),), ".obj": ((5000.0, 1e-3), (100.0, 1e-2)), ".ply": ((100.0, 1e-3),)}
 _NAMES = {1.0: "metres", 1e-2: "centimetres", 1e-3: "millimetres"}
 # The columns are the images of x, y and z of a file, a rotation that turns its up axis upwards.
 _ROTATIONS = {

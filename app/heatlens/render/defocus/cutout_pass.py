@@ -30,11 +30,7 @@ class CutoutTextures:
 
     def lights_of(self, other: "CutoutTextures") -> list[tuple[Texture, Texture]]:
         """Return the pairs (texture of `other`, same texture of this cutout) that both have."""
-        pairs = [
-            (other.light, self.light),
-            (other.alpha, self.alpha),
-            (other.ground, self.ground),
-        ]
+        pairs = [(other.light, self.light), (other.alpha, self.alpha), (other.ground, self.ground)]
         return [(a, b) for a, b in pairs if a is not None and b is not None]
 
     def release(self) -> None:

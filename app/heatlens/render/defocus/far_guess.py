@@ -61,12 +61,7 @@ class FarGuess:
         return ComputeProgram(self._ctx, "defocus/guess_lists.comp.glsl")
 
     def steps(
-        self,
-        color: Texture,
-        coc: Texture,
-        optics: Optics,
-        least_px: float,
-        scratch: Scratch,
+        self, color: Texture, coc: Texture, optics: Optics, least_px: float, scratch: Scratch
     ) -> Steps[ListedFragments | None]:
         """Return lists with one fragment for each cut at each pixel; each fragment is a guess.
 

@@ -189,11 +189,7 @@ class FarPartsPass:
             )
 
     def _add_view(
-        self,
-        memory: _ViewMemory,
-        zone: FarZone,
-        total: Texture,
-        part: NDArray[np.float64] | None,
+        self, memory: _ViewMemory, zone: FarZone, total: Texture, part: NDArray[np.float64] | None
     ) -> Iterator[str]:
         """Add the blurred view of a part to the sum; if `part` is None, begin the sum."""
         width, height = total.size

@@ -145,11 +145,7 @@ class FarZones:
         return zone
 
     def _find_tiles(
-        self,
-        in_zone: NDArray[np.bool_],
-        size: tuple[int, int],
-        margin_px: float,
-        scratch: Scratch,
+        self, in_zone: NDArray[np.bool_], size: tuple[int, int], margin_px: float, scratch: Scratch
     ) -> TileMask:
         """Return the tiles of a picture of `size` within `margin_px` of the zones."""
         words = scratch.parts("far tiles", 1, TileMask.bytes_for(size))

@@ -177,9 +177,8 @@ class HighlightSplitPass:
             buffers=list_buffers(source_lists) | {"lit_block": out.lit},
         )
         if lists is not None:
-            # the shader takes the highlights out of this copy
-            words = lists.whole.packed_lists.words
-            words.copy_to(lists.low_words)
+            # The shader takes the highlights out of this copy.
+            lists.whole.packed_lists.words.copy_to(lists.low_words)
         heat = named_kernel("heat")
         diffusion = Diffusion(luminance, half_coc, heat, optics.disc.spreads, _SURROUNDINGS_PX / 2)
         yield from self._blur.steps(diffusion, targets)
@@ -234,12 +233,12 @@ class HighlightListPass:
         plan_buffers = {"plan_block": buffers.plan, "row_block": buffers.row}
         tally_buffers = plan_buffers | {"tally_block": buffers.tally}
         blocks = blocks_for(size, HIGHLIGHT_BLOCK)
+        find_uniforms: dict[str, object] = {"picture_size": size}
         clear_list(buffers.lit)
         block_buffers = {"pixel_list_block": buffers.lit, "lit_block": split.lit}
         yield from self._bands.run(
-            self._find,
-            blocks,
-            {"picture_size": size},
+            *(self._find, blocks),
+            find_uniforms,
             side=HIGHLIGHT_BLOCK,
             group=HIGHLIGHT_GROUP,
             buffers=block_buffers | tally_buffers,

@@ -163,13 +163,12 @@ class HiddenFillPass:
                 uniforms=uniforms | slice_uniforms,
             )
             yield
-        fill_textures = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost}
-        fill_textures |= info_textures | match_textures
+        textures = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | info_textures
         for slice_uniforms in self._slices.of(layer.size):
             fill.dispatch(
                 scratch.blocks,
                 offset=OF_BOTH,
-                textures=fill_textures,
+                textures=textures | match_textures,
                 images={"layer_img": layer.color, "state_img": layer.state},
                 buffers=fill_buffers,
                 uniforms=uniforms | {"has_highlights": around is not None} | slice_uniforms,
@@ -277,13 +276,7 @@ class CompositePass:
             uniforms=mask.uniforms | {"reduction": farthest.reduction},
         )
 
-    def run(
-        self,
-        blurred: Layer,
-        plan: LayerPlan,
-        behind: Texture,
-        color: Texture,
-    ) -> None:
+    def run(self, blurred: Layer, plan: LayerPlan, behind: Texture, color: Texture) -> None:
         """Composite a `blurred` layer over `color`; the farthest layer replaces it.
 
         If `plan.share` < 1, `color` holds the picture with this layer at twice the size already,

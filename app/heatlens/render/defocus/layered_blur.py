@@ -24,7 +24,7 @@ from heatlens.render.defocus.highlight_pass import (
     WithoutHighlights,
 )
 from heatlens.render.defocus.kernels import Kernel
-from heatlens.render.defocus.layer_cuts import layer_cuts
+from heatlens.render.defocus.layer_cuts import LayerCut, layer_cuts
 from heatlens.render.defocus.layer_passes import CocFillPass, HiddenScratch, Layer
 from heatlens.render.defocus.layer_plan import LayerPlan, layer_plans
 from heatlens.render.defocus.listed_fragments import ListedFragments
@@ -80,11 +80,7 @@ class LayerBlur:
         return layer
 
     def _prepare_layer(
-        self,
-        picture: Fragments,
-        plan: LayerPlan,
-        tiles: LayerTiles,
-        optics: Optics,
+        self, picture: Fragments, plan: LayerPlan, tiles: LayerTiles, optics: Optics
     ) -> Steps[tuple[Layer, Texture]]:
         """Return a layer with its hidden pixels filled, and its diameters, in the active tiles."""
         picture_size, scratch = picture.coc.size, self._scratch
@@ -159,6 +155,21 @@ class LayeredPicture:
     may_guess: bool = False
 
 
+def _plan_layers(
+    optics: Optics, settings: DefocusSettings, far: FarField | None, size: tuple[int, int]
+) -> list[LayerPlan]:
+    """Return the layers of a picture of this size, with a cut before the far field if any."""
+    cuts = layer_cuts(optics.occupied_px, optics.gaps_px, layers_for(settings), settings.proxy)
+    if far is not None:
+        cuts = with_far_cut(cuts, settings.proxy)
+    return layer_plans(cuts, optics, size)
+
+
+def _nearest_coc_px(cut: LayerCut) -> float:
+    """Return the coc in pixels up to which a layer holds surroundings of the sharp part."""
+    return -math.inf if cut.is_nearest else cut.near.at_px + cut.near.half_width_px
+
+
 class LayeredBlur:
     """Blurs pictures in layers; calls `report_layers` with the layers done and their number."""
 
@@ -186,15 +197,14 @@ class LayeredBlur:
         highlights = around = None
         if source.has_highlights:
             split = self._allocate_split(color.size, lists)
-            kernel = kernel_for(settings)
-            highlights = yield from self._split_highlights(source, kernel, optics, split)
+            splitting = source, kernel_for(settings), optics, split
+            highlights = yield from self._split_highlights(*splitting)
             color, around = split.low, split.around
             lists = None if split.lists is None else split.lists.lists_to_diffuse
-        source_to_diffuse = replace(source, color=color, lists=lists)
-        far = yield from self._far_field(source_to_diffuse, optics, settings)
+        source = replace(source, color=color, lists=lists)
+        far = yield from self._far_field(source, optics, settings)
         picture = yield from self._split_silhouettes(color, coc, optics, lists, around)
-        # While zones of the far field grow, the picture is composited with and without it, and
-        # both are mixed.
+        # While zones of the far field grow, two pictures are mixed: with and without it.
         growing_field = far if far is not None and far.zone.growth < 1.0 else None
         first_turn, second_turn = turn.halves if growing_field is not None else (turn, turn)
         out = yield from self._composite_layers(
@@ -208,10 +218,9 @@ class LayeredBlur:
             yield self._scratch.end_pass("composite")
         if highlights is not None:
             nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
-            draw_steps = self._passes.draw_highlights.steps(
-                highlights, picture, nearest, optics, out, sharp
-            )
-            yield from self._scratch.run_pass("highlights drawn", draw_steps)
+            drawing = highlights, picture, nearest, optics, out, sharp
+            steps = self._passes.draw_highlights.steps(*drawing)
+            yield from self._scratch.run_pass("highlights drawn", steps)
         self._scratch.end_pass("highlights drawn")  # frees the memory without highlights too
         return out
 
@@ -231,10 +240,7 @@ class LayeredBlur:
         composited among the layers. Return the texture.
         """
         out = self._scratch.texture(name, picture.color.size, 4)
-        cuts = layer_cuts(optics.occupied_px, optics.gaps_px, layers_for(settings), settings.proxy)
-        if far is not None:
-            cuts = with_far_cut(cuts, settings.proxy)
-        plans = layer_plans(cuts, optics, out.size)
+        plans = _plan_layers(optics, settings, far, out.size)
         sized_plans = [sized_plan for plan in plans for sized_plan in plan.sized_plans]
         content = self._passes.tiles.find_content(picture, sized_plans, self._scratch)
         active = self._passes.tiles.find_active(content, sized_plans, optics, self._scratch)
@@ -246,18 +252,16 @@ class LayeredBlur:
             self._report_layers(turn.before * len(plans) + index, turn.pictures * len(plans))
             behind = self._copy_colors(out) if plan.share < 1.0 else out
             for sized_plan, layer_tiles in zip(plan.sized_plans, tiles, strict=False):
-                layer = yield from self._layer.steps(
-                    picture, sized_plan, layer_tiles, optics, settings, out
-                )
+                blurring = picture, sized_plan, layer_tiles, optics, settings, out
+                layer = yield from self._layer.steps(*blurring)
                 if sized_plan.reduction > 1:
                     self._passes.composite.run(layer, sized_plan, behind, out)
                     yield "composite"
-            # the last layer behind the cut that `with_far_cut` made
+            # The last layer behind the cut that `with_far_cut` made.
             if far is not None and plan.cut.near.at_px == FAR_FROM_PX * settings.proxy:
                 self._passes.far_parts.over(far, out)
             if sharp is not None:
-                near = plan.cut.near  # in the nearest layer that holds some of its surroundings
-                nearer_px = -math.inf if plan.cut.is_nearest else near.at_px + near.half_width_px
+                nearer_px = _nearest_coc_px(plan.cut)
                 self._passes.cutout.over_layers(sharp, (nearer_px, farther_px), out)
                 farther_px = nearer_px
             self._scratch.end_pass("composite")
@@ -270,10 +274,7 @@ class LayeredBlur:
         return copy
 
     def _far_field(
-        self,
-        source: LayeredPicture,
-        optics: Optics,
-        settings: DefocusSettings,
+        self, source: LayeredPicture, optics: Optics, settings: DefocusSettings
     ) -> Steps[FarField | None]:
         """Return the far field, blurred in parts of the lens; None if it is blurred in layers.
 
@@ -320,11 +321,7 @@ class LayeredBlur:
         return WithoutHighlights(low, high, lit, around, lists_low)
 
     def _split_highlights(
-        self,
-        source: LayeredPicture,
-        kernel: Kernel,
-        optics: Optics,
-        out: WithoutHighlights,
+        self, source: LayeredPicture, kernel: Kernel, optics: Optics, out: WithoutHighlights
     ) -> Steps[HighlightBuffers]:
         """Write the picture without highlights to `out`, and return the list of highlights."""
         size, scratch = source.color.size, self._scratch

@@ -76,12 +76,7 @@ class GatherPass:
         self._openings = OpeningTextures(ctx)
 
     def steps(
-        self,
-        color: Texture,
-        coc: Texture,
-        optics: Optics,
-        out_color: Texture,
-        weight: Texture,
+        self, color: Texture, coc: Texture, optics: Optics, out_color: Texture, weight: Texture
     ) -> Iterator[None]:
         """Fill `out_color`, RGBA as `color`; `weight` is scratch, RGBA for shapes not plain."""
         program = self._programs.version(**optics.disc.switches)
@@ -156,12 +151,7 @@ class PyramidPass:
         self._read = ComputeProgram(ctx, "defocus/pyramid_read.comp.glsl")
 
     def steps(
-        self,
-        color: Texture,
-        coc: Texture,
-        optics: Optics,
-        pyramid: Texture,
-        out_color: Texture,
+        self, color: Texture, coc: Texture, optics: Optics, pyramid: Texture, out_color: Texture
     ) -> Iterator[None]:
         """Fill `out_color`, RGBA as `color`; `pyramid` holds the levels of `layout_levels`."""
         rects = layout_levels(color.size, widest_px(optics))

@@ -199,11 +199,7 @@ class DefocusPipeline:
         return coc
 
     def _blur_in_one_layer(
-        self,
-        color: Texture,
-        coc: Texture,
-        optics: Optics,
-        settings: DefocusSettings,
+        self, color: Texture, coc: Texture, optics: Optics, settings: DefocusSettings
     ) -> Steps[Texture]:
         """Diffuse without layers, or use another method, which may handle depth itself."""
         others, inputs = self._passes.others, (color, coc, optics, self.scratch)

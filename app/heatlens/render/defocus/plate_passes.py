@@ -23,11 +23,7 @@ class CocPass:
         self._bands = PixelBands(ctx)
 
     def steps(
-        self,
-        depth: Texture,
-        line: CocLine | None,
-        out_coc: Texture,
-        shift_px: float = 0.0,
+        self, depth: Texture, line: CocLine | None, out_coc: Texture, shift_px: float = 0.0
     ) -> Iterator[None]:
         """Write the disc diameter of every pixel, negative in front of the focus plane.
 
@@ -83,11 +79,7 @@ class RescalePass:
         self._program = ComputeProgram(ctx, "defocus/rescale.comp.glsl")
 
     def run(
-        self,
-        picture: Texture,
-        centre: tuple[float, float],
-        ratio: float,
-        out: Texture,
+        self, picture: Texture, centre: tuple[float, float], ratio: float, out: Texture
     ) -> None:
         """Scale the picture by 1/`ratio` about `centre` (x, y), to `out` of the same size."""
         self._program.dispatch(

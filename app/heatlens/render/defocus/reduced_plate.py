@@ -234,11 +234,7 @@ class ReducedPlate:
         return PlateTextures(color, depth, None if memory is None else memory.lists, places, cutout)
 
     def _write_lists(
-        self,
-        whole: PlateTextures,
-        places: Texture,
-        memory: ProxyListMemory,
-        depth: Texture,
+        self, whole: PlateTextures, places: Texture, memory: ProxyListMemory, depth: Texture
     ) -> None:
         """Write the lists of the reduced plate from those of the plate, or from its silhouettes."""
         if whole.fragments is None:

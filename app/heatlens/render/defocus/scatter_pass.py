@@ -121,11 +121,7 @@ class ScatterPass:
         self._command = ctx.buffer(reserve=16)
 
     def steps(
-        self,
-        color: Texture,
-        coc: Texture,
-        optics: Optics,
-        targets: ScatterTargets,
+        self, color: Texture, coc: Texture, optics: Optics, targets: ScatterTargets
     ) -> Iterator[None]:
         """Fill `targets.out_color`, RGBA as `color`, in steps that are short wherever discs lie."""
         totals = self._sort_pixels(coc, targets)

@@ -68,11 +68,7 @@ class Scratch:
         self._owned.clear()
 
     def texture(
-        self,
-        name: str,
-        size: tuple[int, int],
-        components: int,
-        storage: Storage = "f4",
+        self, name: str, size: tuple[int, int], components: int, storage: Storage = "f4"
     ) -> Texture:
         """Return the texture called `name`, with its previous content.
 

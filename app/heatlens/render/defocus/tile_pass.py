@@ -78,10 +78,7 @@ class TilePass:
             textures={"coc_tx": picture.coc, "kind_tx": picture.kind, "near_tx": picture.near},
             images={"out_nearest_img": content.nearest},
             buffers={"content_block": content.content} | list_buffers(lists),
-            uniforms={
-                "tiles": tile_count(size),
-                "cuts_px": _cuts_px([plan.cut for plan in plans]),
-            }
+            uniforms={"tiles": tile_count(size), "cuts_px": _cuts_px([plan.cut for plan in plans])}
             | list_uniforms(lists),
         )
         return content
@@ -121,22 +118,16 @@ class TilePass:
         lists: BufferParts,
         scratch: Scratch,
     ) -> None:
-        """Write the masks and the lists of active tiles of all layers, in two passes.
-
-        The first pass searches along rows of tiles, the second along columns.
-        """
-        tiles, wider_scale = tile_count(content.size), max(optics.disc.half_extents)
-        groups = (*_groups(tiles), len(plans))
-        # For each tile of each layer: the distance along its row to the next tile with content, the
-        # nearest coc that hides it, and the distance to the next tile in which the layer is open.
+        """Write the masks and lists of active tiles of all layers: by rows, then by columns."""
+        wider_scale = max(optics.disc.half_extents)
+        groups = (*_groups(tile_count(content.size)), len(plans))
+        # For each tile and layer: the distance in its row to the next with content, the nearest
+        # coc that hides it, and the distance to the next tile in which the layer is open.
         scratch_buffers = {
             f"{name}_block": scratch.buffer(f"tile {name}", len(plans) * masks.part_bytes)
             for name in ("distance", "hider", "hole")
         } | {"tile_list_block": lists.whole}
-        shared_uniforms: dict[str, object] = {
-            "layer_tiles": _pad_layers([_tiles_of(plan, content.size, optics) for plan in plans]),
-            "layer_number": _layer_numbers([plan.cut for plan in plans]),
-            "picture_tiles": tiles,
+        shared_uniforms = _plan_uniforms(plans, content.size, optics) | {
             "tile_words": masks.words,
             "list_words": lists.words,
         }
@@ -147,7 +138,7 @@ class TilePass:
             buffers=scratch_buffers | {"content_block": content.content},
             uniforms=shared_uniforms | {"hole_reach": max(reaches)},
         )
-        reach_uniforms: dict[str, object] = {
+        reach_uniforms = shared_uniforms | {
             "layer_px": _pad_layers(
                 [(SPREAD * wider_scale * p.widest_px, p.widest_px) for p in plans]
             ),
@@ -156,9 +147,8 @@ class TilePass:
             "layer_count": len(plans),
             "slices": self._slices.count(content.size),
         }
-        reach_buffers = scratch_buffers | {"tile_mask_block": masks.whole}
-        reach_uniforms |= shared_uniforms
-        self._reach.dispatch(groups, buffers=reach_buffers, uniforms=reach_uniforms)
+        buffers = scratch_buffers | {"tile_mask_block": masks.whole}
+        self._reach.dispatch(groups, buffers=buffers, uniforms=reach_uniforms)
 
     def _mark_visible(
         self, size: tuple[int, int], plans: list[LayerPlan], masks: BufferParts, scratch: Scratch
@@ -222,6 +212,17 @@ def _layer_numbers(layers: list[LayerCut]) -> tuple[int, ...]:
     is_new = [a != b for a, b in pairwise(layers)]
     numbers = (0, *accumulate(is_new))
     return (*numbers, *(0,) * (2 * LAYERS_MAX - len(numbers)))
+
+
+def _plan_uniforms(
+    plans: list[LayerPlan], size: tuple[int, int], optics: Optics
+) -> dict[str, object]:
+    """Return the uniforms that describe the layers of a picture of this size, in pixels."""
+    return {
+        "layer_tiles": _pad_layers([_tiles_of(plan, size, optics) for plan in plans]),
+        "layer_number": _layer_numbers([plan.cut for plan in plans]),
+        "picture_tiles": tile_count(size),
+    }
 
 
 def _pad_layers(values: Sequence[tuple[float, ...]]) -> tuple[tuple[float, ...], ...]:

@@ -59,11 +59,7 @@ class DisplayPass:
         self._current = self._transforms[transform.key]
 
     def run(
-        self,
-        picture: Texture,
-        out: Texture,
-        exposure_stops: float = 0.0,
-        gamma: float = 1.0,
+        self, picture: Texture, out: Texture, exposure_stops: float = 0.0, gamma: float = 1.0
     ) -> None:
         """Write `picture` to `out` of the same size, RGBA of 8 bits (or float, not clamped)."""
         uniforms = _view_uniforms(exposure_stops, gamma)
@@ -87,11 +83,7 @@ class DisplayPass:
         self._draw(_DIFFERENCE, textures, out, uniforms)
 
     def _draw(
-        self,
-        name: str,
-        textures: dict[str, Image],
-        out: Texture,
-        uniforms: dict[str, object],
+        self, name: str, textures: dict[str, Image], out: Texture, uniforms: dict[str, object]
     ) -> None:
         """Run the shader `name` with the current transform over all pixels of `out`."""
         self._current.program(name).dispatch(

@@ -14,11 +14,7 @@ class DisplayValues:
     """
 
     def __init__(
-        self,
-        ctx: Device,
-        transform: ViewTransform,
-        exposure_stops: float = 0.0,
-        gamma: float = 1.0,
+        self, ctx: Device, transform: ViewTransform, exposure_stops: float = 0.0, gamma: float = 1.0
     ) -> None:
         self._ctx = ctx
         self._view = (exposure_stops, gamma)

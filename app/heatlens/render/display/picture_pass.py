@@ -66,10 +66,7 @@ class PicturePass:
         }
 
     def run(
-        self,
-        pictures: Iterable[PlacedPicture],
-        target: Framebuffer,
-        screen_px: tuple[int, int],
+        self, pictures: Iterable[PlacedPicture], target: Framebuffer, screen_px: tuple[int, int]
     ) -> None:
         """Draw `pictures`, the lowest first, into `target`, whose last row is the top."""
         target.use()
@@ -117,9 +114,7 @@ class EnlargePass:
     def run(self, picture: Texture, out: Texture) -> None:
         """Write `picture`, display values, to `out` of the same size, RGBA of 8 bits."""
         self._program.dispatch(
-            pixel_groups(out.size),
-            textures={"picture_tx": picture},
-            images={"out_img": out},
+            pixel_groups(out.size), textures={"picture_tx": picture}, images={"out_img": out}
         )
 
 
@@ -130,12 +125,7 @@ class FocusMeanPass:
         self._program = ComputeProgram(ctx, "display/focus_mean.comp.glsl")
 
     def run(
-        self,
-        color: Texture,
-        depth: Texture,
-        line: CocLine | None,
-        mean: Texture,
-        out: Texture,
+        self, color: Texture, depth: Texture, line: CocLine | None, mean: Texture, out: Texture
     ) -> None:
         """Write the mean of the focused part of `color` to `out`.
 
@@ -152,8 +142,4 @@ class FocusMeanPass:
 
 def focus_uniforms(line: CocLine | None, texel_px: float) -> dict[str, object]:
     """Return the uniforms of lib/focus_share.lib.glsl."""
-    return {
-        "is_coc": line is None,
-        **(line or NO_LINE).uniforms,
-        "texel_px": texel_px,
-    }
+    return {"is_coc": line is None, **(line or NO_LINE).uniforms, "texel_px": texel_px}

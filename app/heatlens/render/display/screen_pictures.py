@@ -75,12 +75,7 @@ class ScreenPictures:
         self.with_mipmaps = False  # True if pictures are so small that they would alias
 
     def a(
-        self,
-        shown: Shown,
-        version: object,
-        plate: Pinhole,
-        view: ViewState,
-        b: Texture,
+        self, shown: Shown, version: object, plate: Pinhole, view: ViewState, b: Texture
     ) -> Texture:
         """Return A: the picture through the lens, the pinhole picture, or A's difference from B.
 
@@ -258,10 +253,7 @@ def layer_limits_px(optics: Optics, shot: Shot) -> tuple[float, ...]:
 
 
 def picture_of_b(
-    view: ViewState,
-    plate: Pinhole,
-    reference: Texture | None,
-    method_picture: Shown | None,
+    view: ViewState, plate: Pinhole, reference: Texture | None, method_picture: Shown | None
 ) -> Texture:
     """Return the picture of side B: the chosen one if available, else the pinhole picture."""
     if method_picture is not None:

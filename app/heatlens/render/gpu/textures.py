@@ -35,11 +35,7 @@ def _forget_error(ctx: Device) -> None:
 
 
 def new_texture(
-    ctx: Device,
-    size: tuple[int, int],
-    components: int,
-    storage: Storage = "f4",
-    label: str = "",
+    ctx: Device, size: tuple[int, int], components: int, storage: Storage = "f4", label: str = ""
 ) -> Texture:
     """Make a texture of `size` (width, height), read texel by texel, edge-clamped."""
     _forget_error(ctx)
@@ -52,11 +48,7 @@ def new_texture(
 
 
 def new_array(
-    ctx: Device,
-    size: tuple[int, int],
-    layers: int,
-    components: int,
-    storage: Storage = "f4",
+    ctx: Device, size: tuple[int, int], layers: int, components: int, storage: Storage = "f4"
 ) -> TextureArray:
     """Make an array texture of `layers` images of `size`."""
     _forget_error(ctx)

@@ -61,10 +61,7 @@ def first_picture_settings(requested: DefocusSettings, size: tuple[int, int]) ->
 
 
 def level_while_moving(
-    levels: Levels,
-    previous: DefocusSettings | None,
-    budget_s: float,
-    predict: Predict,
+    levels: Levels, previous: DefocusSettings | None, budget_s: float, predict: Predict
 ) -> DefocusSettings:
     """Return the best of `levels`, which are sorted from best to fastest, that fits the budget.
 

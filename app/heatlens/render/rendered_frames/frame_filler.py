@@ -141,10 +141,7 @@ class FrameFiller:
         yield "finish"
         plate = self.renderer.loaded.plate
         return RenderedPicture(
-            download(picture),
-            plate.data_window,
-            plate.display_window,
-            plate.pixel_aspect_ratio,
+            download(picture), plate.data_window, plate.display_window, plate.pixel_aspect_ratio
         )
 
     def _read_ahead(self, job: FrameJob, next_job: FrameJob | None) -> None:

@@ -58,12 +58,7 @@ class Accumulation:
         self._pool.release()
 
     def steps(
-        self,
-        view: SceneView,
-        pupil: Pupil,
-        views: int,
-        out: Texture,
-        key: object,
+        self, view: SceneView, pupil: Pupil, views: int, out: Texture, key: object
     ) -> Iterator[str]:
         """Render the mean of `views` views through `pupil` into `out`.
 

@@ -45,9 +45,7 @@ class MeshDraw:
         )
 
     def __call__(
-        self,
-        uniforms: Mapping[str, object],
-        textures: Mapping[str, Image] | None = None,
+        self, uniforms: Mapping[str, object], textures: Mapping[str, Image] | None = None
     ) -> None:
         """Draw all instances into the bound framebuffer.
 

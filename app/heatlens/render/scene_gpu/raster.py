@@ -105,12 +105,7 @@ class SceneRaster:
             "shadow_texel_m": self._shadow.texel_m,
         }
 
-    def draw(
-        self,
-        view: SceneView,
-        color: Texture,
-        band: Box | None = None,
-    ) -> None:
+    def draw(self, view: SceneView, color: Texture, band: Box | None = None) -> None:
         """Draw one sample a pixel, at the view's jitter, into RGBA `color` with an alpha of 1.
 
         With `band` only these rows are drawn.
@@ -273,9 +268,7 @@ def cover_uniforms(view: SceneView) -> dict[str, object]:
     """Return the uniforms of scene_cover and scene_depth for a view."""
     return (
         mesh_uniforms(view)
-        | {
-            "sample_number": -1 if view.sample is None else view.sample,
-        }
+        | {"sample_number": -1 if view.sample is None else view.sample}
         | sample_uniforms(view)
     )
 

@@ -110,12 +110,7 @@ class RayTracer:
             }
         )
 
-    def _add(
-        self,
-        out: Texture,
-        opening: dict[str, Texture],
-        uniforms: dict[str, object],
-    ) -> None:
+    def _add(self, out: Texture, opening: dict[str, Texture], uniforms: dict[str, object]) -> None:
         """Add one ray to each pixel of a band that has fewer than `rays` rays so far."""
         assert self._trees is not None
         rows = min(_band_rows(out.width), out.height)

@@ -129,11 +129,7 @@ class PlateSource:
         return self._origin(shown_frame, is_black=missing == "black" and shown_frame != frame)
 
     def loader(
-        self,
-        shot: Shot,
-        origins: tuple[Origin, ...],
-        renderer: Renderer,
-        is_for_file: bool = False,
+        self, shot: Shot, origins: tuple[Origin, ...], renderer: Renderer, is_for_file: bool = False
     ) -> FrameLoader:
         """See `Source`; the next plates are read while a frame is rendered."""
         needed_frames = tuple(sorted({origin.frame for origin in origins}))

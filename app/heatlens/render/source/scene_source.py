@@ -110,11 +110,7 @@ class SceneSource:
         return () if self.files is None else files_of_scene(self.files)
 
     def loader(
-        self,
-        shot: Shot,
-        origins: tuple[Origin, ...],
-        renderer: Renderer,
-        is_for_file: bool = False,
+        self, shot: Shot, origins: tuple[Origin, ...], renderer: Renderer, is_for_file: bool = False
     ) -> FrameLoader:
         """See `Source`; the scene is uploaded to the GPU once for all frames."""
         renderer.load_scene(place_scene(self.scene, shot.framing))

@@ -134,11 +134,7 @@ class Source(Protocol):
         """
 
     def loader(
-        self,
-        shot: Shot,
-        origins: tuple[Origin, ...],
-        renderer: Renderer,
-        is_for_file: bool = False,
+        self, shot: Shot, origins: tuple[Origin, ...], renderer: Renderer, is_for_file: bool = False
     ) -> FrameLoader:
         """Return a loader for these frames, which must be loaded in this order.
 

@@ -52,9 +52,10 @@ def with_user_keys(commands: Iterable[Command], keys: Mapping[str, str]) -> tupl
 
     A command whose usual key the user gave to another one has none, unless it was given one too.
     """
-    taken = set(keys.values())
+    given = tuple(commands)
+    taken = {keys[command.name] for command in given if command.name in keys}
     return tuple(
-        replace(it, key=keys.get(it.name, "" if it.key in taken else it.key)) for it in commands
+        replace(it, key=keys.get(it.name, "" if it.key in taken else it.key)) for it in given
     )
 
 

@@ -151,11 +151,7 @@ class FileDesk:
     """Files: opening, saving, exporting, and the preferences."""
 
     def __init__(
-        self,
-        shared: Shared,
-        pictures: PictureDesk,
-        timeline: Timeline,
-        frames_folder: Path | None,
+        self, shared: Shared, pictures: PictureDesk, timeline: Timeline, frames_folder: Path | None
     ) -> None:
         self.documents = documents = ShotDocuments(shared, timeline)
         self.exports = ExportCommands(

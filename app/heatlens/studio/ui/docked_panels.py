@@ -27,12 +27,7 @@ from heatlens.studio.ui.panels.blur_panel import blur_panel
 from heatlens.studio.ui.panels.display_panel import display_panel
 from heatlens.studio.ui.panels.export_panel import draw_exports
 from heatlens.studio.ui.panels.guides_panel import guides_panel
-from heatlens.studio.ui.panels.lens_panel import (
-    LensFacts,
-    film_back_panel,
-    kit_panel,
-    lens_panel,
-)
+from heatlens.studio.ui.panels.lens_panel import LensFacts, film_back_panel, kit_panel, lens_panel
 from heatlens.studio.ui.panels.looks_panel import LookStills, looks_panel
 from heatlens.studio.ui.panels.marks_panel import marks_panel
 from heatlens.studio.ui.panels.opening_panel import opening_panel

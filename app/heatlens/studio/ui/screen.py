@@ -65,8 +65,7 @@ class Screen:
         time.frames_ahead.screen = kept_screen
         lessons = Lessons(session.editing, time.marks)
         self.picture = PictureWindow(
-            *(facts, board, pictures, lessons, self.ui, self._pictures, kept_screen),
-            session.lens,
+            *(facts, board, pictures, lessons, self.ui, self._pictures, kept_screen), session.lens
         )
         self.status = StatusBar(facts, pictures, session.messages, self.ui, kept_screen)
         self._panels = DockedPanels(session, self.ui, self._pictures)

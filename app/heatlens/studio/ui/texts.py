@@ -46,10 +46,7 @@ def text_width(text: str) -> float:
 
 
 def fit_text(
-    text: str,
-    width: float,
-    keeps_end: bool = False,
-    width_of: Callable[[str], float] = text_width,
+    text: str, width: float, keeps_end: bool = False, width_of: Callable[[str], float] = text_width
 ) -> str:
     """Return the text, shortened with three dots to fit into `width` screen units.
 

@@ -122,18 +122,10 @@ class PlateOptions:
         parse=parse_scene_unit_m,
     )
     near_m: float | None = option_field(
-        None,
-        "near",
-        "near end of a normalized depth or disparity",
-        metavar="METRES",
-        unit="m",
+        None, "near", "near end of a normalized depth or disparity", metavar="METRES", unit="m"
     )
     far_m: float | None = option_field(
-        None,
-        "far",
-        "far end of a normalized depth or disparity",
-        metavar="METRES",
-        unit="m",
+        None, "far", "far end of a normalized depth or disparity", metavar="METRES", unit="m"
     )
     focal_length_mm: float | None = None
     sensor_width_mm: float | None = None
@@ -243,10 +235,7 @@ class PlateOptions:
         metavar="MATTE",
     )
     only_blur: str | None = option_field(
-        None,
-        "only blur",
-        "blur nothing but the thing in a matte, named likewise",
-        metavar="MATTE",
+        None, "only blur", "blur nothing but the thing in a matte, named likewise", metavar="MATTE"
     )
 
     @property

@@ -30,9 +30,7 @@ def changed_options(args: argparse.Namespace, *groups: AddOptions) -> OptionValu
 
 
 def refuse_unused_options(
-    args: argparse.Namespace,
-    source: str = "",
-    method: Method | None = None,
+    args: argparse.Namespace, source: str = "", method: Method | None = None
 ) -> None:
     """Raise InputError that names the given options without effect.
 

@@ -265,21 +265,13 @@ class BareSweeps:
         self._sweep((0, 1), self._conductances[1], self._rows, self.out)
 
     def _sweep(
-        self,
-        axis: tuple[int, int],
-        conductance: Texture,
-        color: Texture,
-        out_color: Texture,
+        self, axis: tuple[int, int], conductance: Texture, color: Texture, out_color: Texture
     ) -> None:
         """Diffuse `color` along one axis to `out_color`."""
         length, lines = self._size if axis == (1, 0) else self._size[::-1]
         self._program.dispatch(
             (groups_for(lines, ROW_GROUP), 1),
-            images={
-                "conductance_img": conductance,
-                "color_img": color,
-                "out_color_img": out_color,
-            },
+            images={"conductance_img": conductance, "color_img": color, "out_color_img": out_color},
             buffers=self._scratch,
             uniforms={"axis": axis, "line_count": lines, "line_length": length},
         )

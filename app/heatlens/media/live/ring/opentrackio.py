@@ -198,9 +198,7 @@ def _decode(text: bytes, encoding: Encoding) -> object:
         raise RingPacketError(f"a sample cannot be decoded as {encoding.name}") from error
 
 
-def _decoder(
-    encoding: Encoding,
-) -> tuple[Callable[[bytes], object], tuple[type[Exception], ...]]:
+def _decoder(encoding: Encoding) -> tuple[Callable[[bytes], object], tuple[type[Exception], ...]]:
     """Return the decoding function, and the errors that it raises for a damaged text."""
     errors = (ValueError, RecursionError, OverflowError, TypeError)
     if encoding is Encoding.JSON:

@@ -132,11 +132,7 @@ class ListBuilder:
         self._append_lists(first * self._width, fragments, counts, starts)
 
     def _append_lists(
-        self,
-        begin: int,
-        fragments: Fragments,
-        counts: NDArray[np.int64],
-        starts: NDArray[np.int64],
+        self, begin: int, fragments: Fragments, counts: NDArray[np.int64], starts: NDArray[np.int64]
     ) -> None:
         """Append the fragments of each pixel to the lists, except an opaque nearest one.
 

@@ -75,9 +75,7 @@ def build_header(
 
 
 def write_part(
-    path: str | os.PathLike[str],
-    header: Mapping[str, object],
-    channels: Mapping[str, NDArray[Any]],
+    path: str | os.PathLike[str], header: Mapping[str, object], channels: Mapping[str, NDArray[Any]]
 ) -> None:
     """Write a file of one part, completely or not at all. Raises InputError if that fails."""
     encoded = io.BytesIO()  # on a full disk the library would silently write an incomplete file

@@ -32,9 +32,7 @@ REC709 = Primaries(
     "linear Rec.709", "lin_rec709_scene", (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, *_D65)
 )
 AP0 = Primaries(
-    "ACES2065-1",
-    "lin_ap0_scene",
-    (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, *_ACES_WHITE),
+    "ACES2065-1", "lin_ap0_scene", (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, *_ACES_WHITE)
 )
 AP1 = Primaries("ACEScg", "lin_ap1_scene", (0.713, 0.293, 0.165, 0.830, 0.128, 0.044, *_ACES_WHITE))
 REC2020 = Primaries(

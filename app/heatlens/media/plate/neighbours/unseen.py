@@ -162,11 +162,7 @@ def _add_outside_pixels(
 
 
 def _close_holes(
-    color: FloatImage,
-    depth_m: FloatImage,
-    is_new: Flags,
-    is_known: Flags,
-    border_px: int,
+    color: FloatImage, depth_m: FloatImage, is_new: Flags, is_known: Flags, border_px: int
 ) -> None:
     """Close holes of one pixel between two pixels of one surface, in rows and then in columns.
 

@@ -28,11 +28,7 @@ Encode = Callable[[FloatImage], FloatImage]  # scene-linear (H, W, 3) to display
 Whole = TypeVar("Whole", np.uint8, np.uint16)
 
 
-def write_png(
-    path: str | os.PathLike[str],
-    rgba: FloatImage,
-    encode: Encode = encode_srgb,
-) -> None:
+def write_png(path: str | os.PathLike[str], rgba: FloatImage, encode: Encode = encode_srgb) -> None:
     """Write scene-linear `rgba`, (H, W, 3) or premultiplied (H, W, 4).
 
     `encode` converts light (H, W, 3) to display values, which are clamped to 0..1. If any pixel is

@@ -18,10 +18,7 @@ from heatlens.media.scene.scene import MapPlace, Wrap
 
 Pixels = NDArray[np.uint8]
 # Extensions that name another picture, the best known first.
-_SOURCES = (
-    "KHR_texture_basisu",
-    "EXT_texture_webp",
-)
+_SOURCES = ("KHR_texture_basisu", "EXT_texture_webp")
 _ERRORS_MOST = 3
 _WRAPS = ("wrapS", "wrapT")
 _REPEAT = 10497

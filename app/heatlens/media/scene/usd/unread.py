@@ -135,10 +135,7 @@ def _count_in_prims(prims: Iterable[UsdObject]) -> Counter[str]:
         }
         is_guide_or_proxy = prim.IsA(geometry.Gprim) and geometry.Imageable(
             prim
-        ).ComputePurpose() in (
-            "guide",
-            "proxy",
-        )
+        ).ComputePurpose() in ("guide", "proxy")
         if is_guide_or_proxy:
             prim_losses.add(
                 "Guides and proxies, which are not part of a final picture, are not drawn"

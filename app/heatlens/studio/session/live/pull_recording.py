@@ -60,13 +60,7 @@ class RecordedPull:
 class PullRecording(Commands, Worker):
     """Arms and records a focus pull, and turns it into keys."""
 
-    def __init__(
-        self,
-        shared: Shared,
-        timeline: Timeline,
-        rows: RowChoice,
-        ring: RingTake,
-    ) -> None:
+    def __init__(self, shared: Shared, timeline: Timeline, rows: RowChoice, ring: RingTake) -> None:
         super().__init__(shared)
         self._clock = time.perf_counter
         self.beats = BEATS

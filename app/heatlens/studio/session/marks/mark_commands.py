@@ -8,16 +8,9 @@ from heatlens.core.base.background import Background
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.focus.live_focus import Distances
 from heatlens.core.model.marks.mark import Mark, free_letter
-from heatlens.core.model.marks.marks import (
-    DistanceMark,
-    MatteMark,
-    ObjectMark,
-    PointMark,
-)
+from heatlens.core.model.marks.marks import DistanceMark, MatteMark, ObjectMark, PointMark
 from heatlens.core.model.marks.track_mark import Click, TrackMark
-from heatlens.core.model.shot.pull import (
-    focus_on_distances,
-)
+from heatlens.core.model.shot.pull import focus_on_distances
 from heatlens.media.frame_cache.cache import FrameCache
 from heatlens.media.plate.coc_line import surfaces_at
 from heatlens.media.plate.mark_distance import make_world_mark, mark_distances_m

@@ -60,11 +60,7 @@ class _Tile:
 class LookPictures:
     """Renders the requested looks in turns, as one side of the comparison."""
 
-    def __init__(
-        self,
-        renderer: FrameRenderer,
-        live: LivePicture,
-    ) -> None:
+    def __init__(self, renderer: FrameRenderer, live: LivePicture) -> None:
         """Create it; `live` renders looks of plates, and nothing else while looks are requested."""
         self._renderer = renderer
         self._live = live

@@ -114,12 +114,7 @@ def progress_of(
 class AheadJobs(Commands):
     """The job of each frame, made on request and valid until shot, files or size change."""
 
-    def __init__(
-        self,
-        shared: Shared,
-        timeline: Timeline,
-        view: PictureView,
-    ) -> None:
+    def __init__(self, shared: Shared, timeline: Timeline, view: PictureView) -> None:
         super().__init__(shared)
         self._renderer = self._source.picture.renderer
         self._timeline = timeline
