@@ -5,13 +5,13 @@
 // Inputs
 //   with FIRST, for level 1: color_tx rgb and coc_tx r, the picture and its signed coc (circle of confusion, diameter
 //   in pixels, negative in front of the focus), and cut_px, the coc of the cut
-//   else: lib/guess_levels.lib.glsl   the pyramid, which has the finer level at `finer_place`
+//   else: lib/guess_levels.lib.glsl   the pyramid, which has the finer level at `finer_rect`
 // Output
-//   out_levels_img     the pyramid; rgb color and a coc are written at `out_place`, or 0 if no texel is known
+//   out_levels_img     the pyramid; rgb color and a coc are written at `out_rect`, or 0 if no texel is known
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform ivec4 out_place;  // corner and size of the level
+uniform ivec4 out_rect;  // corner and size of the level
 layout(rgba32f) uniform writeonly image2D out_levels_img;
 
 #ifdef FIRST
@@ -31,15 +31,15 @@ vec4 finer_at(ivec2 at) {
 #else
 #include "lib/guess_levels.lib.glsl"
 
-uniform ivec4 finer_place;  // corner and size of the finer level
+uniform ivec4 finer_rect;  // corner and size of the finer level
 
-ivec2 finer_size() { return finer_place.zw; }
-vec4 finer_at(ivec2 at) { return texelFetch(levels_tx, finer_place.xy + at, 0); }
+ivec2 finer_size() { return finer_rect.zw; }
+vec4 finer_at(ivec2 at) { return texelFetch(levels_tx, finer_rect.xy + at, 0); }
 #endif
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(at, out_place.zw))) return;
+    if (any(greaterThanEqual(at, out_rect.zw))) return;
     vec4 sum = vec4(0.0);
     float known = 0.0;  // number of known texels
     for (int k = 0; k < 4; ++k) {
@@ -49,5 +49,5 @@ void main() {
         sum += surface;
         known += float(is_known(surface));
     }
-    imageStore(out_levels_img, out_place.xy + at, sum / max(known, 1.0));
+    imageStore(out_levels_img, out_rect.xy + at, sum / max(known, 1.0));
 }

@@ -24,7 +24,7 @@
 #include "lib/kind.lib.glsl"
 #include "lib/pixel_cover.lib.glsl"
 
-flat in vec4 place;  // center x, y in pixels; signed coc; half the width of the rim's ramp
+flat in vec4 disc;  // center x, y in pixels; signed coc; half the width of the rim's ramp
 flat in vec3 light;
 flat in float may_meet_px;  // least signed coc of all that a ray to the highlight may meet
 
@@ -56,9 +56,9 @@ out vec4 out_light;
 #define SAME_COC_PX 1.0
 #define SAME_COC_PART 0.25
 
-// Of the four pixels around a position: the place to gather them, their coc, the least of these, and their bilinear
-// weights, in the order of textureGather. GPUs round the gather position; the corner shared by the four texels makes
-// the gathered texels match the weights.
+// Of the four pixels around a position: the coordinates to gather them at, their coc, the least of these, and their
+// bilinear weights, in the order of textureGather. GPUs round the gather position; the corner shared by the four texels
+// makes the gathered texels match the weights.
 vec2 gather_position(vec2 at) { return (floor(at - 0.5) + 1.0) / vec2(textureSize(coc_tx, 0)); }
 vec4 cocs_around(vec2 at) { return textureGather(coc_tx, gather_position(at)); }
 float least_around(vec2 at) {
@@ -228,13 +228,13 @@ float cutout_cover(ivec2 at, float coc) {
 }
 
 void main() {
-    float coc = place.z, ramp = place.w;
+    float coc = disc.z, ramp = disc.w;
     // hidden_part divides by the coc.
     if (abs(coc) < 1e-3) coc = 1e-3;
-    Cover inside = pixel_coverage(gl_FragCoord.xy - place.xy, 0.5 * coc, ramp, place.xy);
+    Cover inside = pixel_coverage(gl_FragCoord.xy - disc.xy, 0.5 * coc, ramp, disc.xy);
     if (most_of(inside) > 0.0) inside *= 1.0 - cutout_cover(ivec2(gl_FragCoord.xy), coc);
     if (most_of(inside) > 0.0) inside *= visible_share_at(ivec2(gl_FragCoord.xy), coc);
-    if (most_of(inside) > 0.0) inside *= 1.0 - hidden_part(gl_FragCoord.xy, place.xy, coc);
+    if (most_of(inside) > 0.0) inside *= 1.0 - hidden_part(gl_FragCoord.xy, disc.xy, coc);
     if (most_of(inside) == 0.0) discard;
     out_light = vec4(inside * light, 0.0);
 }

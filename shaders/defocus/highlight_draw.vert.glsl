@@ -3,20 +3,20 @@
 // diameter in pixels, negative in front of the focus.)
 //
 // Inputs
-//   in_place, in_light   the highlight: a Sprite of lib/highlights.lib.glsl
+//   in_disc, in_light   the highlight: a Sprite of lib/highlights.lib.glsl
 //   nearest_tx           r least coc of each tile
 // Outputs
-//   place, light         the same as in_place and the rgb of in_light
+//   disc, light         the same as in_disc and the rgb of in_light
 //   may_meet_px          least coc that a ray may meet
 
 #include "lib/aperture.lib.glsl"
 
-in vec4 in_place;  // center x, y in pixels; signed coc; half the width of the rim's ramp
+in vec4 in_disc;  // center x, y in pixels; signed coc; half the width of the rim's ramp
 in vec4 in_light;  // rgb of a pixel wholly inside
 
 uniform vec2 picture_size;
 
-flat out vec4 place;
+flat out vec4 disc;
 flat out vec3 light;
 flat out float may_meet_px;  // least signed coc
 
@@ -41,15 +41,15 @@ float nearest_within(vec2 centre, vec2 reach) {
 }
 
 void main() {
-    place = in_place;
+    disc = in_disc;
     light = in_light.rgb;
     vec2 corner = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
-    vec2 reach = aperture_reach(0.5 * in_place.z, in_place.w) + 1.0;
-    vec2 at = in_place.xy + corner * reach;
+    vec2 reach = aperture_reach(0.5 * in_disc.z, in_disc.w) + 1.0;
+    vec2 at = in_disc.xy + corner * reach;
     // At the nearest depth, rays to the disc lie within the disc's reach times `wider`.
-    float coc = in_place.z, wider = max(coc - nearest_px, 0.0) / max(abs(coc), 1e-3);
-    bool is_drawn = in_place.y + reach.y >= rows.x && in_place.y - reach.y <= rows.y;
+    float coc = in_disc.z, wider = max(coc - nearest_px, 0.0) / max(abs(coc), 1e-3);
+    bool is_drawn = in_disc.y + reach.y >= rows.x && in_disc.y - reach.y <= rows.y;
     // A disc outside the band needs no search: its reach is 0.
-    may_meet_px = nearest_within(in_place.xy, reach * (is_drawn ? max(wider, 1.0) : 0.0) + LOOKUP_PX);
+    may_meet_px = nearest_within(in_disc.xy, reach * (is_drawn ? max(wider, 1.0) : 0.0) + LOOKUP_PX);
     gl_Position = vec4(at / picture_size * 2.0 - 1.0, 0.0, 1.0);
 }

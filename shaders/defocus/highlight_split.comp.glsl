@@ -43,12 +43,12 @@ layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 #define WHOLE_COC_PX 0.75
 
 #ifdef LISTS
-uniform bool has_places;  // the positions of lights in their pixels are known (highlight_sprites.comp.glsl)
+uniform bool has_positions;  // the positions of lights in their pixels are known (highlight_sprites.comp.glsl)
 #define KNOWN_POSITION_SCALE 0.4    // factor on both diameters then: discs are accurate from smaller sizes on
 
 // Share of a highlight that is drawn as a disc of this diameter, 0 to 1.
 float drawn_part(float diameter) {
-    float scale = has_places ? KNOWN_POSITION_SCALE : 1.0;
+    float scale = has_positions ? KNOWN_POSITION_SCALE : 1.0;
     return smoothstep(scale * LEAST_COC_PX, scale * WHOLE_COC_PX, diameter);
 }
 #else

@@ -9,8 +9,8 @@
 // Inputs
 //   pixel list         the blocks with highlights (highlight_blocks.comp.glsl)
 //   high_tx, lit_buf   rgb removed light, a coc, of the pixels with a highlight (highlight_split.comp.glsl)
-//   places_tx          if `has_places` (proxy.comp.glsl): rg position of the light in its pixel, in pixels from the
-//                      middle, b its variance along an axis
+//   positions_tx       if `has_positions` (proxy.comp.glsl): rg position of the light in its pixel, in pixels from
+//                      the middle, b its variance along an axis
 // Outputs with COUNT
 //   tally_buf          number of sprites of each block at each level
 //   row_buf            the same for each row of blocks, added up
@@ -34,8 +34,8 @@
 layout(local_size_x = PIXELS_PER_GROUP, local_size_y = LEVELS_AT_ONCE) in;
 
 uniform sampler2D high_tx;
-uniform sampler2D places_tx;
-uniform bool has_places;
+uniform sampler2D positions_tx;
+uniform bool has_positions;
 
 #ifdef COUNT
 layout(std430) writeonly buffer tally_block { uint tally_buf[]; };
@@ -152,13 +152,13 @@ Sprite merge_around(ivec2 block_corner, int side, int top) {
         merged_bits[i / 32] |= 1u << (i % 32);
         // known: position and variance of the light in its pixel, if measured; else light_offset
         // estimates the position.
-        vec3 known = has_places ? texelFetch(places_tx, pixel(i), 0).xyz : vec3(0.0);
-        vec2 offset = has_places ? known.xy : light_offset(pixel(i), coc[top]);
-        vec2 place = vec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK) + 0.5 + offset;
+        vec3 known = has_positions ? texelFetch(positions_tx, pixel(i), 0).xyz : vec3(0.0);
+        vec2 offset = has_positions ? known.xy : light_offset(pixel(i), coc[top]);
+        vec2 position = vec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK) + 0.5 + offset;
         light += texelFetch(high_tx, pixel(i), 0).rgb;
         weight += energy[i];
-        moment += energy[i] * place;
-        moment_2 += energy[i] * (dot(place, place) + 2.0 * known.z);
+        moment += energy[i] * position;
+        moment_2 += energy[i] * (dot(position, position) + 2.0 * known.z);
     }
     vec2 centre = moment / weight;
     // The disc of several highlights has a soft rim: as wide as the group of them, at least a pixel. A pixel's own
@@ -173,8 +173,8 @@ Sprite merge_around(ivec2 block_corner, int side, int top) {
 
 // Number of pixels touched by drawing a sprite.
 float area_inside(Sprite sprite) {
-    vec2 reach = aperture_reach(0.5 * sprite.place.z, sprite.place.w) + 1.0;
-    vec2 low = max(sprite.place.xy - reach, 0.0), high = min(sprite.place.xy + reach, vec2(size));
+    vec2 reach = aperture_reach(0.5 * sprite.disc.z, sprite.disc.w) + 1.0;
+    vec2 low = max(sprite.disc.xy - reach, 0.0), high = min(sprite.disc.xy + reach, vec2(size));
     return (high.x - low.x) * (high.y - low.y);
 }
 

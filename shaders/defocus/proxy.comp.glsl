@@ -7,10 +7,10 @@
 //   color_tx         rgba at full size
 //   depth_tx         r depth in meters, or signed coc in pixels (circle of confusion), at full size
 // Outputs
-//   out_color_img    rgba at the smaller size
-//   out_depth_img    r depth at the smaller size; a coc is in its pixels
-//   out_places_img   with PLACES, of highlights only, else 0: rg position of the light from the pixel's middle, b its
-//                    variance along an axis, in pixels of the smaller size (highlight_sprites.comp.glsl)
+//   out_color_img      rgba at the smaller size
+//   out_depth_img      r depth at the smaller size; a coc is in its pixels
+//   out_positions_img  with POSITIONS, of highlights only, else 0: rg position of the light from the pixel's middle, b
+//                      its variance along an axis, in pixels of the smaller size (highlight_sprites.comp.glsl)
 
 #include "lib/footprint.lib.glsl"
 #include "lib/highlight_limit.lib.glsl"
@@ -22,8 +22,8 @@ uniform sampler2D depth_tx;
 uniform float depth_scale;  // 1 for meters, the proxy's scale where depth_tx holds pixels of coc
 layout(rgba32f) uniform writeonly image2D out_color_img;
 layout(r32f) uniform writeonly image2D out_depth_img;
-#ifdef PLACES
-layout(rgba16f) uniform writeonly image2D out_places_img;
+#ifdef POSITIONS
+layout(rgba16f) uniform writeonly image2D out_positions_img;
 
 // Position of the light in a footprint (rg, in pixels of the smaller picture from the middle) and its variance (b).
 // Weights are the square of the light, so that the darker surroundings hardly count.
@@ -89,11 +89,11 @@ void main() {
     float around = light > LEAST_LUMINANCE ? luminance_around(at, size) : 0.0;
     bool is_highlight = light > limit_of(around) && mean_of(mean.rgb) > limit_of(around);
     if (is_highlight) source = brightest;
-#ifdef PLACES
+#ifdef POSITIONS
     vec4 position = vec4(0.0);
     // A loop in place of an if: a software rasterizer runs both sides of every branch (shaders/README.md).
     for (int n = is_highlight ? 1 : 0; n > 0; --n) position = light_position(footprint_of(at, size, whole_size));
-    imageStore(out_places_img, at, position);
+    imageStore(out_positions_img, at, position);
 #endif
     imageStore(out_depth_img, at, vec4(texelFetch(depth_tx, source, 0).r * depth_scale));
 }

@@ -7,7 +7,7 @@
 //
 // Inputs
 //   color_tx, depth_tx   rgba premultiplied, and r meters, of the whole picture
-//   places_tx            of the smaller picture, not 0 at a highlight (proxy.comp.glsl), which counts as one surface
+//   positions_tx         of the smaller picture, not 0 at a highlight (proxy.comp.glsl), which counts as one surface
 //   proxy_start_buf      without COUNT: the starts of the lists
 // Output with COUNT
 //   proxy_start_buf      twice the length of each list, 2 or 0, plus 1 if there is one, because it begins with the
@@ -23,7 +23,7 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D color_tx;
 uniform sampler2D depth_tx;
-uniform sampler2D places_tx;
+uniform sampler2D positions_tx;
 uniform ivec2 size;                    // size of the smaller picture
 layout(r32f) uniform image2D depth_img;
 
@@ -91,7 +91,7 @@ void main() {
     uint index = uint(at.y * size.x + at.x);
     footprint = footprint_of(at, size, textureSize(depth_tx, 0));
 #ifdef COUNT
-    bool is_highlight = any(notEqual(texelFetch(places_tx, at, 0), vec4(0.0)));
+    bool is_highlight = any(notEqual(texelFetch(positions_tx, at, 0), vec4(0.0)));
     // 5: twice the length 2, plus 1.
     proxy_start_buf[index] = !is_highlight && border() > 0.0 ? 5u : 0u;
 #else

@@ -8,7 +8,7 @@
 //
 // Inputs
 //   color_tx       rgba of the picture, which is level 0
-//   pyramid_tx     rgba of the levels above it, at `places`
+//   pyramid_tx     rgba of the levels above it, at `level_rects`
 //   coc_tx         r signed coc (circle of confusion, diameter in pixels, negative in front of the focus)
 // Output
 //   out_color_img  rgba, blurred
@@ -24,7 +24,7 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 uniform sampler2D color_tx;
 uniform sampler2D pyramid_tx;
 uniform sampler2D coc_tx;
-uniform ivec4 places[PYRAMID_LEVELS_MAX];  // corner and size of level 1, level 2, ..
+uniform ivec4 level_rects[PYRAMID_LEVELS_MAX];  // corner and size of level 1, level 2, ..
 uniform int levels;  // number of levels, without level 0
 layout(rgba32f) uniform writeonly image2D out_color_img;
 
@@ -34,8 +34,8 @@ float level_variance(int level) { return (exp2(2.0 * float(level)) - 1.0) / 2.0;
 // A texel of a level, clamped to its edge.
 vec4 texel(int level, ivec2 at) {
     if (level == 0) return texelFetch(color_tx, clamp(at, ivec2(0), textureSize(color_tx, 0) - 1), 0);
-    ivec4 level_position = places[level - 1];
-    return texelFetch(pyramid_tx, level_position.xy + clamp(at, ivec2(0), level_position.zw - 1), 0);
+    ivec4 rect = level_rects[level - 1];
+    return texelFetch(pyramid_tx, rect.xy + clamp(at, ivec2(0), rect.zw - 1), 0);
 }
 
 // A level at a pixel of the picture, interpolated linearly.

@@ -2,22 +2,22 @@
 // order of the pixels the same in every run. The width of a bin is a quarter of its circle of confusion, or 2 px near
 // the focus.
 //
-// Built twice: with COUNT, the pass counts the pixels of each bin in each row. From these counts the place where each
-// bin and row begins is computed. Without COUNT, the pass writes the pixels there.
+// Built twice. With COUNT, the pass counts the pixels of each bin in each row. The CPU replaces the counts by the
+// offsets at which the pixels of each bin and row begin (ScatterPass). Without COUNT, the pass writes the pixels there.
 //
 // Input
 //   coc_tx       r signed coc (circle of confusion, diameter in pixels, negative in front of the focus)
 // Output with COUNT
-//   place_buf    number of pixels of each bin in each row
+//   offset_buf   number of pixels of each bin in each row
 // Input without COUNT
-//   place_buf    position in pixel_buf at which the pixels of each bin in each row begin
+//   offset_buf   index in pixel_buf at which the pixels of each bin in each row begin
 // Output without COUNT
 //   pixel_buf    the pixels, y * width + x, bin by bin, far to near
 
 layout(local_size_x = ROW_GROUP) in;
 
 uniform sampler2D coc_tx;
-layout(std430) buffer place_block { uint place_buf[]; };
+layout(std430) buffer offset_block { uint offset_buf[]; };
 #ifndef COUNT
 layout(std430) writeonly buffer pixel_block { uint pixel_buf[]; };
 #endif
@@ -36,9 +36,9 @@ void main() {
 #ifdef COUNT
     for (int bin = 0; bin < SCATTER_BINS; ++bin) next[bin] = 0u;
     for (int x = 0; x < size.x; ++x) ++next[bin_of(texelFetch(coc_tx, ivec2(x, row), 0).r)];
-    for (int bin = 0; bin < SCATTER_BINS; ++bin) place_buf[row * SCATTER_BINS + bin] = next[bin];
+    for (int bin = 0; bin < SCATTER_BINS; ++bin) offset_buf[row * SCATTER_BINS + bin] = next[bin];
 #else
-    for (int bin = 0; bin < SCATTER_BINS; ++bin) next[bin] = place_buf[row * SCATTER_BINS + bin];
+    for (int bin = 0; bin < SCATTER_BINS; ++bin) next[bin] = offset_buf[row * SCATTER_BINS + bin];
     for (int x = 0; x < size.x; ++x)
         pixel_buf[next[bin_of(texelFetch(coc_tx, ivec2(x, row), 0).r)]++] = uint(row * size.x + x);
 #endif

@@ -3,12 +3,12 @@
 // and core/model/lens/pupil.py set the uniforms below.
 // A circle or an ellipse is here; with SHAPED, every other shape is in lib/shaped_aperture.lib.glsl.
 //
-//   radius   half a signed circle of confusion, in pixels before squeeze and pixel aspect. In front of the focus it is
-//            negative, and the image of the opening is upside down.
-//   place    position of the disc's center in the picture, pixels
-//   offset   from the center of the disc to a pixel, in pixels, x to the right and y down
-//   ramp     half the width, in pixels, of the soft edge (rim) of a disc, over which its coverage falls from 1 to 0
-//   Cover    share of light that a pixel gets, 0..1, in one color or in three
+//   radius     half a signed circle of confusion, in pixels before squeeze and pixel aspect. In front of the focus it
+//              is negative, and the image of the opening is upside down.
+//   position   of the disc's center in the picture, pixels
+//   offset     from the center of the disc to a pixel, in pixels, x to the right and y down
+//   ramp       half the width, in pixels, of the soft edge (rim) of a disc, over which its coverage falls from 1 to 0
+//   Cover      share of light that a pixel gets, 0..1, in one color or in three
 
 #include "lib/pi.lib.glsl"
 
@@ -36,7 +36,7 @@ float within_rim(float to_rim, float ramp) { return clamp((to_rim + ramp) / (2.0
 
 // Share of the pixel at an offset that the disc covers, 0..1. The distance to the rim is a first-order estimate:
 // the implicit function of the ellipse, divided by the length of its gradient.
-Cover aperture_coverage(vec2 offset, float radius, float ramp, vec2 place) {
+Cover aperture_coverage(vec2 offset, float radius, float ramp, vec2 position) {
     vec2 unsqueezed = offset / aperture_axes;
     float from_centre = max(length(unsqueezed), CENTRE_PX);
     float gradient = length(unsqueezed / aperture_axes) / from_centre;
@@ -55,7 +55,7 @@ float aperture_least_reach(float radius, float ramp) {
 
 // The sum of the coverage over all pixels of a large disc, pixels^2. The term with `ramp` is the light that the soft
 // edge adds to a round disc.
-Cover aperture_light(float radius, float ramp, vec2 place) {
+Cover aperture_light(float radius, float ramp, vec2 position) {
     return PI * (radius * radius * aperture_axes.x * aperture_axes.y + ramp * ramp / 3.0);
 }
 

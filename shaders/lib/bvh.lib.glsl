@@ -13,7 +13,7 @@
 //   nodes       all trees, one after the other
 //   placed      for each leaf of the tree over instances: x number of the instance, y root of its mesh's tree
 //   colors      with COLORS, rgba of each vertex
-//   more_uvs    with PLACES, the second set of texture coordinates of each vertex
+//   more_uvs    with PLACEMENTS, the second set of texture coordinates of each vertex
 
 // NODE of bvh.py: a box from `low` to `high`.
 //   count > 0   a leaf: `count` triangles from number `first` on, or one instance, placed[first]
@@ -27,7 +27,7 @@ layout(std430) readonly buffer placed_block { ivec2 placed[]; };  // instance, r
 #ifdef COLORS
 layout(std430) readonly buffer colors_block { uvec2 colors[]; };  // half floats
 #endif
-#ifdef PLACES
+#ifdef PLACEMENTS
 layout(std430) readonly buffer more_uvs_block { vec2 more_uvs[]; };
 #endif
 #ifdef HOLES
@@ -51,7 +51,7 @@ vec3 position_of(uint vertex) { return vertices[VERTEX_PARTS * vertex].xyz; }
 Uv uv_of(uint vertex) {
     uint at = VERTEX_PARTS * vertex;
     vec2 first = vec2(vertices[at].w, vertices[at + 1u].w);
-#ifdef PLACES
+#ifdef PLACEMENTS
     return vec4(first, more_uvs[vertex]);
 #else
     return first;
@@ -74,7 +74,7 @@ vec4 tangent_at(int triangle, vec3 weights, mat3 to_world) {
 // The texture coordinates at a hit.
 Uv uv_at(int triangle, vec3 weights) {
     uvec4 c = triangles[triangle];
-#ifdef PLACES
+#ifdef PLACEMENTS
     return mat3x4(uv_of(c.x), uv_of(c.y), uv_of(c.z)) * weights;
 #else
     return mat3x2(uv_of(c.x), uv_of(c.y), uv_of(c.z)) * weights;

@@ -24,9 +24,9 @@ uint scramble(uint x, uint seed) {
 // Threshold of a surface, given by its material and triangle, in the sample of this fragment.
 float threshold_of(uint material, uint triangle) {
     if (sample_number < 0) return HALF;
-    ivec2 place = sample_place();
-    uint number = uint(sample_number * samples_across * samples_across + number_of(place));
-    uvec4 seeds = hash_counters(uvec4(pixel_of(place), material, triangle));
+    ivec2 position = sample_position();
+    uint number = uint(sample_number * samples_across * samples_across + number_of(position));
+    uvec4 seeds = hash_counters(uvec4(pixel_of(position), material, triangle));
     // The order of the samples is shuffled too; otherwise two surfaces would cover the same ones.
     uint turn = bitfieldReverse(scramble(bitfieldReverse(number), seeds.x));
     return float(bitfieldReverse(scramble(turn, seeds.y)) >> 8u) * (1.0 / 16777216.0);

@@ -86,8 +86,8 @@ uniform bool is_near;
 
 // The rows' result at a pixel: diameter times weight, and weight.
 vec2 rows_at(ivec2 at) {
-    int place = place_in_buffer(at);
-    return vec2(rows_diameter_buf[place], rows_weight_buf[place]);
+    int index = index_in_buffer(at);
+    return vec2(rows_diameter_buf[index], rows_weight_buf[index]);
 }
 
 Input input_at(ivec2 at) {
@@ -131,9 +131,9 @@ void add_pole(inout Output o, int pole, Value y) { o.y += real_part(y); }
 layout(std430) writeonly buffer rows_diameter_block { float rows_diameter_buf[]; };
 layout(std430) writeonly buffer rows_weight_block { float rows_weight_buf[]; };
 void store(ivec2 at, Input here, Output o) {
-    int place = place_in_buffer(at);
-    rows_diameter_buf[place] = mix(o.y.r, o.y.b, here.state.g);
-    rows_weight_buf[place] = o.y.g;
+    int index = index_in_buffer(at);
+    rows_diameter_buf[index] = mix(o.y.r, o.y.b, here.state.g);
+    rows_weight_buf[index] = o.y.g;
 }
 #else
 layout(r32f) uniform writeonly image2D out_coc_img;

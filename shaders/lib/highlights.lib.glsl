@@ -9,7 +9,7 @@ const float MERGE_SHARE[HIGHLIGHT_LEVELS] = float[](0.0625, 0.125, 0.25, 1.0e9, 
 const float SURFACE_SHARE = 0.25;  // the same on bright surfaces, where wider discs would show as spots
 
 struct Sprite {
-    vec4 place;  // x, y position of the center; z signed coc; w half the width of the soft rim; all in pixels
+    vec4 disc;   // x, y position of the center; z signed coc; w half the width of the soft rim; all in pixels
     vec4 light;  // rgb of a pixel wholly inside the disc; a 0
 };
 

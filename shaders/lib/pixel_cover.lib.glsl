@@ -7,7 +7,7 @@
 #define COARSE_RADIUS_PX 4.0    // radius from which there is one point; in between the points move together
 
 // Share of a pixel at an offset from the disc's center that the disc covers.
-Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 place) {
+Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 position) {
     float spacing = 1.0 - smoothstep(FINE_RADIUS_PX, COARSE_RADIUS_PX, abs(radius));
     // The variance of the points and that of their ramp make up that of the pixel's box and of the light.
     float points_variance = spacing * spacing * (1.0 - 1.0 / float(FINE_ACROSS * FINE_ACROSS)) / 12.0;
@@ -17,7 +17,7 @@ Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 place) {
     Cover sum = Cover(0.0);
     do {
         vec2 point = (vec2(i % FINE_ACROSS, i / FINE_ACROSS) + 0.5) / float(FINE_ACROSS) - 0.5;
-        sum += aperture_coverage(offset + spacing * point, radius, point_ramp, place);
+        sum += aperture_coverage(offset + spacing * point, radius, point_ramp, position);
     } while (++i < points);
     return sum / float(points);
 }

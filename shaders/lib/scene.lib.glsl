@@ -1,18 +1,18 @@
 // A scene in storage buffers, as render/scene_gpu/scene_buffers.py writes them (std430), and the look-up of the
 // properties of its surfaces.
 //
-//   instances_block  144 bytes for each instance of a mesh; those of one mesh are consecutive
-//   materials_block  80 bytes for each material
-//   places_block     with PLACES, the placement of the five maps of each material: two vec4 for each map. The first one
-//                    is a matrix by rows. The second one has in xy the offset, in z the set of texture coordinates,
-//                    and in w how the map repeats: wrap of u + 4 * wrap of v.
-//   lights_block     the number of lights in 16 bytes, then 48 bytes for each light
-//   maps_tx          all maps, one in a layer
+//   instances_block   144 bytes for each instance of a mesh; those of one mesh are consecutive
+//   materials_block   80 bytes for each material
+//   placements_block  with PLACEMENTS, how each of the five maps of each material lies on the surface: two vec4 for
+//                     each map. The first one is a matrix by rows. The second one has in xy the offset, in z the set
+//                     of texture coordinates, and in w how the map repeats: wrap of u + 4 * wrap of v.
+//   lights_block      the number of lights in 16 bytes, then 48 bytes for each light
+//   maps_tx           all maps, one in a layer
 //
 // The ray tracer reads more (lib/bvh.lib.glsl). The vertex buffer has two vec4 for each vertex: position and u, normal
 // and v. With BUMPS it has a third: the tangent and its sign. The index buffer has three uints for each triangle, which
 // number all vertices of the scene. If a mesh has colors at its vertices, they are in a buffer of their own, four half
-// floats each. With PLACES the second set of texture coordinates is in another such buffer, two floats each.
+// floats each. With PLACEMENTS the second set of texture coordinates is in another such buffer, two floats each.
 //
 // With HOLES some materials have holes, or cover only a share of the background.
 
@@ -46,8 +46,8 @@ layout(std430) readonly buffer lights_block {
     Light lights[];
 };
 
-#ifdef PLACES
-layout(std430) readonly buffer places_block { vec4 places[]; };
+#ifdef PLACEMENTS
+layout(std430) readonly buffer placements_block { vec4 placements[]; };
 #define Uv vec4  // two sets of texture coordinates, xy and zw
 #else
 #define Uv vec2
@@ -79,7 +79,7 @@ struct Surface {
     bool is_lit;
 };
 
-#ifdef PLACES
+#ifdef PLACEMENTS
 #define CLAMP 1
 #define MIRROR 2
 
@@ -93,14 +93,14 @@ float wrapped(float at, int wrap, float texel) {
 
 // The texture coordinates at which a map of a material is read.
 vec2 map_uv(uint material, int map, Uv uv) {
-#ifdef PLACES
+#ifdef PLACEMENTS
     uint at = 10u * material + 2u * uint(map);
-    vec4 turn = places[at], shift = places[at + 1u];
-    vec2 from = shift.z > 0.5 ? uv.zw : uv.xy;
-    vec2 where = vec2(dot(turn.xy, from), dot(turn.zw, from)) + shift.xy;
-    int wraps = int(shift.w);
+    vec4 matrix = placements[at], offset_set_wraps = placements[at + 1u];
+    vec2 surface_uv = offset_set_wraps.z > 0.5 ? uv.zw : uv.xy;
+    vec2 own_uv = vec2(dot(matrix.xy, surface_uv), dot(matrix.zw, surface_uv)) + offset_set_wraps.xy;
+    int wraps = int(offset_set_wraps.w);
     vec2 texel = 1.0 / vec2(textureSize(maps_tx, 0).xy);
-    return vec2(wrapped(where.x, wraps & 3, texel.x), wrapped(where.y, wraps >> 2, texel.y));
+    return vec2(wrapped(own_uv.x, wraps & 3, texel.x), wrapped(own_uv.y, wraps >> 2, texel.y));
 #else
     return uv;
 #endif

@@ -3,7 +3,7 @@
 // and explains the formulas. With IMAGED a picture replaces the blades, see lib/opening_image.lib.glsl.
 //
 //   p                   a point of the opening, in radii of the round lens before the squeeze, x right and y up
-//   place               position in the picture from which the opening is seen, pixels
+//   position            position in the picture from which the opening is seen, pixels
 //   radius, ramp, offset, Cover   as in lib/aperture.lib.glsl; a Cover here has red, green and blue, which differ
 //                       with COLORED
 //   rim                 brightness of the rim on one side of the focus: 1 bright, 0 even, -1 soft
@@ -39,8 +39,8 @@ uniform float aperture_axial_px;       // diameter in blue minus that in green, 
 
 // Shift of the barrel's circles, seen from a position in the picture: one circle shifts by it, the other by its
 // opposite.
-vec2 barrel_shift(vec2 place) {
-    vec2 shift = (place - aperture_middle_px) * aperture_shift_per_px;
+vec2 barrel_shift(vec2 position) {
+    vec2 shift = (position - aperture_middle_px) * aperture_shift_per_px;
     return shift * min(1.0, aperture_shift_most / max(length(shift), 1e-30));
 }
 
@@ -91,19 +91,19 @@ float to_rim(vec3 distance, vec2 axes) { return -distance.x / max(length(distanc
 
 // Share of light of one color that the pixel at an offset gets. A tiny radius is enlarged, because the offset is
 // divided by it.
-float cover_of_color(vec2 offset, float radius, float ramp, vec2 place) {
+float cover_of_color(vec2 offset, float radius, float ramp, vec2 position) {
     if (abs(radius) < LEAST_RADIUS) radius = radius < 0.0 ? -LEAST_RADIUS : LEAST_RADIUS;
     vec2 p = offset / (aperture_axes * radius) * vec2(1.0, -1.0);
 #ifdef IMAGED
     float inside = image_light(p, ramp / (aperture_axes * abs(radius)));
     if (aperture_barrel > 0.0) {
-        float to_barrel = to_rim(past_barrel(p, barrel_shift(place)), aperture_axes);
+        float to_barrel = to_rim(past_barrel(p, barrel_shift(position)), aperture_axes);
         inside *= within_rim(to_barrel * abs(radius), ramp);
     }
 #else
     float inside = to_rim(past_blades(p), aperture_axes);
     if (aperture_barrel > 0.0)
-        inside = min(inside, to_rim(past_barrel(p, barrel_shift(place)), aperture_axes));
+        inside = min(inside, to_rim(past_barrel(p, barrel_shift(position)), aperture_axes));
     inside = within_rim(inside * abs(radius), ramp);
 #endif
     return inside * profile(min(dot(p, p), 1.0), radius < 0.0 ? -aperture_rim : aperture_rim);
@@ -134,8 +134,8 @@ float light_to(float reach, float rim) {
 }
 
 // Share of the light through the blades that also passes the barrel, 0..1, by a sum over angles.
-float barrel_transmission(vec2 place, float rim) {
-    vec2 shift = barrel_shift(place);
+float barrel_transmission(vec2 position, float rim) {
+    vec2 shift = barrel_shift(position);
     float all = 0.0, passed_light = 0.0;
     for (int k = 0; k < ANGLES; ++k) {
         float angle = (float(k) + 0.5) * 2.0 * PI / float(ANGLES), reach = blade_radius(angle);
@@ -147,14 +147,14 @@ float barrel_transmission(vec2 place, float rim) {
 
 // The sum of the coverage over all pixels of a disc of one color, pixels^2. Without an image the last term is the
 // light that the soft edge adds, exact for a round disc.
-float light_of_color(float radius, float ramp, vec2 place) {
+float light_of_color(float radius, float ramp, vec2 position) {
     float light = radius < 0.0 ? aperture_lights.x : aperture_lights.y;
 #ifdef IMAGED  // the soft edge of an image is a mean over boxes, which keeps the light: no term for the ramp
-    if (aperture_barrel > 0.0) light *= image_transmission(barrel_shift(place), radius >= 0.0);
+    if (aperture_barrel > 0.0) light *= image_transmission(barrel_shift(position), radius >= 0.0);
     return max(radius * radius, LEAST_RADIUS * LEAST_RADIUS) * light * aperture_axes.x * aperture_axes.y;
 #else
     float rim = radius < 0.0 ? -aperture_rim : aperture_rim;
-    if (aperture_barrel > 0.0) light *= barrel_transmission(place, rim);
+    if (aperture_barrel > 0.0) light *= barrel_transmission(position, rim);
     return radius * radius * light * aperture_axes.x * aperture_axes.y + PI * ramp * ramp / 3.0;
 #endif
 }
@@ -163,23 +163,23 @@ float light_of_color(float radius, float ramp, vec2 place) {
 vec3 radii_of_colors(float radius) { return radius + 0.5 * aperture_axial_px * vec3(-1.0, 0.0, 1.0); }
 
 // Share of light that the pixel at an offset gets.
-Cover aperture_coverage(vec2 offset, float radius, float ramp, vec2 place) {
-    vec3 cover = vec3(cover_of_color(offset, radius, ramp, place));
+Cover aperture_coverage(vec2 offset, float radius, float ramp, vec2 position) {
+    vec3 cover = vec3(cover_of_color(offset, radius, ramp, position));
 #ifdef COLORED
     vec3 radii = radii_of_colors(radius);
-    cover.r = cover_of_color(offset, radii.r, ramp, place);
-    cover.b = cover_of_color(offset, radii.b, ramp, place);
+    cover.r = cover_of_color(offset, radii.r, ramp, position);
+    cover.b = cover_of_color(offset, radii.b, ramp, position);
 #endif
     return cover;
 }
 
 // The sum of the coverage over all pixels of a disc.
-Cover aperture_light(float radius, float ramp, vec2 place) {
-    vec3 light = vec3(light_of_color(radius, ramp, place));
+Cover aperture_light(float radius, float ramp, vec2 position) {
+    vec3 light = vec3(light_of_color(radius, ramp, position));
 #ifdef COLORED
     vec3 radii = radii_of_colors(radius);
-    light.r = light_of_color(radii.r, ramp, place);
-    light.b = light_of_color(radii.b, ramp, place);
+    light.r = light_of_color(radii.r, ramp, position);
+    light.b = light_of_color(radii.b, ramp, position);
 #endif
     return light;
 }
@@ -202,20 +202,20 @@ bool is_one_pixel(float radius) {
 // Weight of a point of the opening for light that goes to a position in the picture, from behind the focus or from
 // in front of it; 0 where the light does not pass. With an image only the barrel and the rim count here, because the
 // points themselves are denser where the image is brighter.
-float aperture_weight(vec2 p, vec2 place, bool is_behind) {
+float aperture_weight(vec2 p, vec2 position, bool is_behind) {
 #ifdef IMAGED
     float distance = -1.0;
 #else
     float distance = past_blades(p).x;
 #endif
     if (aperture_barrel > 0.0)
-        distance = max(distance, past_barrel(p, barrel_shift(place)).x);
+        distance = max(distance, past_barrel(p, barrel_shift(position)).x);
     return distance > 0.0 ? 0.0 : profile(min(dot(p, p), 1.0), is_behind ? aperture_rim : -aperture_rim);
 }
 
 // Position in the pinhole picture of a point of the scene that appears at `px` through the point `p` of the opening.
 // `radius` times `axes` are the half axes of its disc in pixels; the radius has the sign of the circle of confusion.
-vec2 pinhole_place(vec2 px, vec2 p, float radius, vec2 axes) { return px - radius * axes * p * vec2(1.0, -1.0); }
+vec2 pinhole_position(vec2 px, vec2 p, float radius, vec2 axes) { return px - radius * axes * p * vec2(1.0, -1.0); }
 
 // The product with rgba, where alpha counts as green; green alone; and the largest component.
 vec4 times(Cover cover, vec4 color) { return vec4(cover * color.rgb, cover.g * color.a); }

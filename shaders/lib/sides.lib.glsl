@@ -37,12 +37,12 @@ void write_sides(ivec2 at, Sides sides) {
 }
 
 // Adds light that came through the point `p` of the opening, in radii, to the channels whose mask in `colors` is 1.
-// `place` is the position of its source in the pinhole picture.
-void add_light(inout Sides sides, vec4 light, vec2 p, vec2 place, bool is_behind, vec4 colors) {
-    vec4 in_front = max(aperture_weight(p, place, false), LEAST_WEIGHT) * colors;
+// `position` is that of its source in the pinhole picture, pixels.
+void add_light(inout Sides sides, vec4 light, vec2 p, vec2 position, bool is_behind, vec4 colors) {
+    vec4 in_front = max(aperture_weight(p, position, false), LEAST_WEIGHT) * colors;
     sides.front_all += in_front;
     if (is_behind) {
-        vec4 weight = max(aperture_weight(p, place, true), LEAST_WEIGHT) * colors;
+        vec4 weight = max(aperture_weight(p, position, true), LEAST_WEIGHT) * colors;
         sides.behind += weight * light;
         sides.behind_weight += weight;
     } else {

@@ -8,14 +8,14 @@
 uniform int picture_height;
 
 // Number of a pixel in the order of the strips.
-int place_in_strips(ivec2 at) {
+int index_in_strips(ivec2 at) {
     return (at.x / STRIP_COLUMNS * picture_height + at.y) * STRIP_COLUMNS + at.x % STRIP_COLUMNS;
 }
 
 // Position of a pixel in the texture.
 ivec2 in_strips(ivec2 at) {
 #ifdef STRIPS
-    int texel = place_in_strips(at);
+    int texel = index_in_strips(at);
     return ivec2(texel % STRIP_TEXELS, texel / STRIP_TEXELS);
 #else
     return at;
@@ -24,9 +24,9 @@ ivec2 in_strips(ivec2 at) {
 
 // Index of a pixel in a buffer of floats: in strips, or in blocks of 2 x 4 pixels, the 32 bytes that a GPU moves at
 // once.
-int place_in_buffer(ivec2 at) {
+int index_in_buffer(ivec2 at) {
 #ifdef STRIPS
-    return place_in_strips(at);
+    return index_in_strips(at);
 #else
     int block = (at.x >> 1) * ((picture_height + 3) >> 2) + (at.y >> 2);
     return 8 * block + 2 * (at.y & 3) + (at.x & 1);

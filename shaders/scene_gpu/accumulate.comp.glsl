@@ -44,8 +44,8 @@ uniform vec4 colors;
 // Adds the view at a pixel. `dioptres` of the focus, minus those of the surface, are positive behind the focus.
 void add_view(ivec2 at, inout Sides sides) {
     float dioptres = focus_dioptres + focus_offset_at(at) - 1.0 / texelFetch(depth_tx, at, 0).r;
-    vec2 pinhole_position = pinhole_place(vec2(at) + 0.5, lens_at, focal_px * dioptres, aperture_axes);
-    add_light(sides, texelFetch(view_tx, at, 0), lens_at, pinhole_position, dioptres > 0.0, colors);
+    vec2 source_position = pinhole_position(vec2(at) + 0.5, lens_at, focal_px * dioptres, aperture_axes);
+    add_light(sides, texelFetch(view_tx, at, 0), lens_at, source_position, dioptres > 0.0, colors);
 }
 
 // Adds the view at a pixel if it is new; returns the mean.

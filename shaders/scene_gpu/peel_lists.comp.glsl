@@ -13,11 +13,11 @@
 // Output with COUNT
 //   start_buf      twice the length of each pixel's list, plus 1 if it begins with the visible surface
 // Outputs without COUNT
-//   fragment_buf   three words a fragment (lib/fragment_words.lib.glsl)
-//   out_place_img  position of the light in its pixel: r, g from the center in pixels, b the variance along an axis in
-//                  pixels^2
-//   out_color_img  rgb mean of the front samples, where the pixel was not done
-//   out_depth_img  meters; of the nearest fragment if the list begins with the visible surface
+//   fragment_buf      three words a fragment (lib/fragment_words.lib.glsl)
+//   out_position_img  position of the light in its pixel: r, g from the center in pixels, b the variance along an axis
+//                     in pixels^2
+//   out_color_img     rgb mean of the front samples, where the pixel was not done
+//   out_depth_img     meters; of the nearest fragment if the list begins with the visible surface
 
 #include "lib/surface_groups.lib.glsl"
 
@@ -35,9 +35,9 @@ layout(std430) readonly buffer start_block { uint start_buf[]; };
 layout(std430) writeonly buffer fragment_block { uint fragment_buf[]; };
 layout(rgba16f) uniform writeonly image2D out_color_img;
 layout(r32f) uniform writeonly image2D out_depth_img;
-layout(rgba16f) uniform writeonly image2D out_place_img;
+layout(rgba16f) uniform writeonly image2D out_position_img;
 
-// The position of the pixel's light as out_place_img has it: the mean and the variance of the samples' positions,
+// The position of the pixel's light as out_position_img has it: the mean and the variance of the samples' positions,
 // weighted by their light, so that a lamp outweighs its surroundings. `light_sum` becomes the sum of the samples.
 vec4 light_position(ivec2 pixel, out vec3 light_sum) {
     light_sum = vec3(0.0);
@@ -84,7 +84,7 @@ void main() {
 #ifndef COUNT
     uint start = start_buf[index] >> 1, list_capacity = (start_buf[index + 1u] >> 1) - start;
     vec3 light;
-    imageStore(out_place_img, at, light_position(pixel, light));
+    imageStore(out_position_img, at, light_position(pixel, light));
     if (!is_done) imageStore(out_color_img, at, vec4(light / float(front_count), 1.0));
     imageStore(out_depth_img, at, vec4(depth_m));
     if (list_capacity == 0u) return;

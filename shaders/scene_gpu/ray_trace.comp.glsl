@@ -98,9 +98,9 @@ void add_ray(ivec2 at, uvec4 counts, vec4 u, vec2 px, vec2 size, inout vec4 sum)
         float focus = focus_dioptres + (colors == 1 ? 0.0 : axial_dioptres * float(k - 1));
         float dioptres;
         vec3 light = light_through(px, size, lens_middle_m + point, focus, dioptres);
-        vec2 pinhole_position = pinhole_place(px, p, focal_px * dioptres, aperture_axes);
+        vec2 source_position = pinhole_position(px, p, focal_px * dioptres, aperture_axes);
         vec3 color_mask = colors == 1 ? vec3(1.0) : COLOR_WEIGHTS[k];
-        add_light(sides, vec4(light, 1.0), p, pinhole_position, dioptres > 0.0, vec4(color_mask, 0.0));
+        add_light(sides, vec4(light, 1.0), p, source_position, dioptres > 0.0, vec4(color_mask, 0.0));
     }
     sum.a += 1.0;
     write_sides(at, sides);

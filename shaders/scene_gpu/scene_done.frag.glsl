@@ -9,5 +9,5 @@
 uniform sampler2D done_tx;  // a texel for each pixel of the picture: 0 where it needs more samples
 
 void main() {
-    if (texelFetch(done_tx, pixel_of(sample_place()), 0).r == 0.0) discard;
+    if (texelFetch(done_tx, pixel_of(sample_position()), 0).r == 0.0) discard;
 }

@@ -1,10 +1,10 @@
 // Transforms a vertex of an instance's mesh, for all fragment shaders that draw surfaces. The position is `invariant`,
 // so that the draws of depth and of color compute the same depth.
 //
-//   COLORS   the mesh has vertex colors
-//   BUMPS    materials have normal maps
-//   PLACES   each map has a transform, and there is a second set of texture coordinates
-//   PEEL     hidden surfaces are drawn
+//   COLORS       the mesh has vertex colors
+//   BUMPS        materials have normal maps
+//   PLACEMENTS   each map has a transform, and there is a second set of texture coordinates
+//   PEEL         hidden surfaces are drawn
 //
 // Inputs
 //   in_...            of the vertex: position, normal, texture coordinates, color and tangent; of the instance: its
@@ -13,7 +13,7 @@
 // Outputs
 //   position_m   in the world, meters
 //   normal       in the world, not unit
-//   uv           texture coordinates; zw the second set with PLACES
+//   uv           texture coordinates; zw the second set with PLACEMENTS
 //   material     number of the material
 //   tint, tangent, back_rule   see lib/tint.lib.glsl, lib/tangent.lib.glsl, scene_cover.frag.glsl
 
@@ -32,7 +32,7 @@ in vec4 in_color;
 #ifdef BUMPS
 in vec4 in_tangent;
 #endif
-#ifdef PLACES
+#ifdef PLACEMENTS
 in vec2 in_more_uv;
 #endif
 
@@ -41,7 +41,7 @@ uniform mat4 clip_from_world;
 invariant gl_Position;
 out vec3 position_m;
 out vec3 normal;
-#ifdef PLACES
+#ifdef PLACEMENTS
 out vec4 uv;
 #else
 out vec2 uv;
@@ -61,7 +61,7 @@ void main() {
     vec4 world = in_to_world * vec4(in_position, 1.0);
     position_m = world.xyz;
     normal = in_normal * mat3(in_to_object);
-#ifdef PLACES
+#ifdef PLACEMENTS
     uv = vec4(in_u, in_v, in_more_uv);
 #else
     uv = vec2(in_u, in_v);

@@ -120,6 +120,6 @@ class PlateBlur:
             yield "coc"
         if peeled is None:
             return PlateTextures(color, depth)
-        positions = scratch.texture("wide places", size, 4)
-        crop.run(peeled.places, (box.x0, box.y0), positions)
+        positions = scratch.texture("wide positions", size, 4)
+        crop.run(peeled.positions, (box.x0, box.y0), positions)
         return PlateTextures(color, depth, peeled.fragments.crop(box), positions)

@@ -243,7 +243,7 @@ def draw_in_steps(renderer: FrameRenderer, shares: Sequence[float]) -> list[np.n
     loaded = renderer.loaded
     assert loaded.peeled is not None and loaded.overscan is not None
     lists, shown = loaded.peeled.read(), (loaded.overscan.color, loaded.overscan.depth)
-    pictures = (*shown, loaded.color, loaded.depth, loaded.peeled.depth, loaded.peeled.places)
+    pictures = (*shown, loaded.color, loaded.depth, loaded.peeled.depth, loaded.peeled.positions)
     return [lists.starts, lists.words, *map(download, pictures)]
 
 

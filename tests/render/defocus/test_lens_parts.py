@@ -9,7 +9,7 @@ from heatlens.core.model.lens.aperture import Aperture
 from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.core.model.shot.settings import PARTS
 from heatlens.render.defocus.lens_parts import lens_parts, part_centres
-from heatlens.render.gpu.shader_constants import PART_PLACES
+from heatlens.render.gpu.shader_constants import PART_GRID_SIDE
 from support.opening_images import letter, opening_images
 
 SIZE = 480, 270
@@ -67,9 +67,9 @@ def test_lens_parts_of_plain_opening_have_equal_area(parts):
 def test_lens_parts_keep_mean_and_variance_of_shaped_opening(number):
     disc = disc_of(OPENINGS[number])
     sub_apertures = lens_parts(disc, SIZE, MOST)
-    corners = [0, PART_PLACES - 1, PART_PLACES**2 - 1] if sub_apertures.shape[1] > 1 else [0]
+    corners = [0, PART_GRID_SIDE - 1, PART_GRID_SIDE**2 - 1] if sub_apertures.shape[1] > 1 else [0]
     for k in corners:
-        position_px = SIZE[0] * (k % PART_PLACES) / 8, SIZE[1] * (k // PART_PLACES) / 8
+        position_px = SIZE[0] * (k % PART_GRID_SIDE) / 8, SIZE[1] * (k // PART_GRID_SIDE) / 8
         centre, width, light = (
             sub_apertures[:, k, :2],
             sub_apertures[:, k, 2],
@@ -113,5 +113,5 @@ def test_lens_parts_of_cat_eye_narrow_in_corners_and_round_in_middle():
         ]
         return wide[0] / wide[1]
 
-    assert ratio(PART_PLACES**2 // 2) == pytest.approx(1.0, abs=0.01)
-    assert ratio(0) == pytest.approx(ratio(PART_PLACES**2 - 1)) and ratio(0) < 0.8
+    assert ratio(PART_GRID_SIDE**2 // 2) == pytest.approx(1.0, abs=0.01)
+    assert ratio(0) == pytest.approx(ratio(PART_GRID_SIDE**2 - 1)) and ratio(0) < 0.8

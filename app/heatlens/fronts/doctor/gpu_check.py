@@ -284,8 +284,8 @@ def pass_builds() -> list[Build]:
 
 def _variants_outside_passes() -> dict[str, Variants]:
     """Return the variants of shaders that belong to no pass of the pipeline."""
-    scene = _scene_variants("HOLES", "COLORS", "BUMPS", "PLACES")
-    peeled = _scene_variants("HOLES", "COLORS", "BUMPS", "PLACES", "PEEL")
+    scene = _scene_variants("HOLES", "COLORS", "BUMPS", "PLACEMENTS")
+    peeled = _scene_variants("HOLES", "COLORS", "BUMPS", "PLACEMENTS", "PEEL")
     modes: Variants = tuple({"MODE": it.function} for it in overlays_by_name().values())
     peaking: Variants = ({"PEAKING": 0}, {"PEAKING": 1})
     return {
@@ -295,8 +295,8 @@ def _variants_outside_passes() -> dict[str, Variants]:
         "scene_gpu/ray_trace.comp.glsl": combine_variants(pass_list.SHAPES, scene),
         "scene_gpu/scene_cover.frag.glsl": peeled,
         "scene_gpu/scene_depth.frag.glsl": scene,
-        "scene_gpu/scene_mesh.vert.glsl": _scene_variants("COLORS", "BUMPS", "PLACES", "PEEL"),
-        "scene_gpu/scene_sky.frag.glsl": _scene_variants("HOLES", "BUMPS", "PLACES", "PEEL"),
+        "scene_gpu/scene_mesh.vert.glsl": _scene_variants("COLORS", "BUMPS", "PLACEMENTS", "PEEL"),
+        "scene_gpu/scene_sky.frag.glsl": _scene_variants("HOLES", "BUMPS", "PLACEMENTS", "PEEL"),
         "scene_gpu/scene_surface.frag.glsl": peeled,
         "display/overlay.comp.glsl": ({}, *combine_variants(modes, peaking)),
     }

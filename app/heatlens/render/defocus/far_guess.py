@@ -82,7 +82,7 @@ class FarGuess:
                 self._lists,
                 coc.size,
                 {
-                    "coarser_place": level_rects[0],
+                    "coarser_rect": level_rects[0],
                     "cut": cut,
                     "cuts": len(cuts_px),
                     "cut_px": cut_px,
@@ -112,14 +112,14 @@ class FarGuess:
             pixel_groups(level_rects[0][2:]),
             textures={"color_tx": color, "coc_tx": coc},
             images={"out_levels_img": levels},
-            uniforms={"out_place": level_rects[0], "cut_px": cut_px},
+            uniforms={"out_rect": level_rects[0], "cut_px": cut_px},
         )
         for finer_rect, rect in pairwise(level_rects):
             self._pull.dispatch(
                 pixel_groups(rect[2:]),
                 textures={"levels_tx": levels},
                 images={"out_levels_img": levels},
-                uniforms={"finer_place": finer_rect, "out_place": rect},
+                uniforms={"finer_rect": finer_rect, "out_rect": rect},
             )
         yield FAR_PARTS
         for rect, coarser_rect in reversed(list(pairwise(level_rects))):
@@ -127,7 +127,7 @@ class FarGuess:
                 pixel_groups(rect[2:]),
                 textures={"levels_tx": levels},
                 images={"levels_img": levels},
-                uniforms={"place": rect, "coarser_place": coarser_rect},
+                uniforms={"rect": rect, "coarser_rect": coarser_rect},
             )
         yield FAR_PARTS
 

@@ -156,13 +156,13 @@ class HighlightSplitPass:
         optics: Optics,
         scratch: Surroundings,
         out: WithoutHighlights,
-        has_places: bool = False,
+        has_positions: bool = False,
     ) -> Iterator[None]:
         """Split `color` and the colors of the lists into the textures and buffers of `out`.
 
         The luminance is measured at half size, then diffused to that of the surroundings of each
-        pixel. What is brighter than its surroundings is a highlight. `has_places`: the position of
-        each light in its pixel is known, see `HighlightListPass`.
+        pixel. What is brighter than its surroundings is a highlight. With `has_positions` the
+        position of each light in its pixel is known, see `HighlightListPass`.
         """
         lists = out.lists
         source_lists = None if lists is None else lists.whole
@@ -185,7 +185,8 @@ class HighlightSplitPass:
         yield from self._bands.run(
             self._split.version(lists is not None),
             color.size,
-            list_uniforms(source_lists) | ({} if lists is None else {"has_places": has_places}),
+            list_uniforms(source_lists)
+            | ({} if lists is None else {"has_positions": has_positions}),
             textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color}
             | ({} if lists is None else {"luminance_tx": luminance}),
             images={"out_low_img": out.low, "out_high_img": out.high, "out_around_img": out.around},
@@ -222,11 +223,11 @@ class HighlightListPass:
         optics: Optics,
         buffers: HighlightBuffers,
         coc: Texture,
-        places: Texture | None = None,
+        positions: Texture | None = None,
     ) -> Iterator[None]:
         """Fill the list of discs in `buffers`; put highlights back if there are too many.
 
-        `coc` is the signed coc of the picture. `places`, RGBA of the picture's size, has the
+        `coc` is the signed coc of the picture. `positions`, RGBA of the picture's size, has the
         position of each light in its pixel; None if it is not known.
         """
         size = split.high.size
@@ -243,13 +244,13 @@ class HighlightListPass:
             group=HIGHLIGHT_GROUP,
             buffers=block_buffers | tally_buffers,
         )
-        textures = {"high_tx": split.high, "places_tx": places or split.high}
+        textures = {"high_tx": split.high, "positions_tx": positions or split.high}
         merge_steps = partial(
             self._run_on_blocks,
             textures=textures | self._openings.of(optics.disc.aperture),
             buffers=tally_buffers | block_buffers | {"sprite_block": buffers.sprite},
             uniforms=optics.disc.uniforms
-            | {"has_places": places is not None, "area_max": _AREA_MAX * size[0] * size[1]},
+            | {"has_positions": positions is not None, "area_max": _AREA_MAX * size[0] * size[1]},
         )
         # Count the discs of every level of merging, choose a level, then write the discs of that.
         count = self._count.version(**optics.disc.switches)
@@ -399,7 +400,7 @@ class HighlightDrawPass:
         if cached is None or cached[0] is not sprites:
             if cached is not None:
                 cached[1].release()
-            layout = [(sprites, "4f 4f/i", "in_place", "in_light")]
+            layout = [(sprites, "4f 4f/i", "in_disc", "in_light")]
             cached = sprites, program.vertex_array(layout)
             self._quads[program] = cached
         return cached[1]

@@ -142,7 +142,7 @@ class LayeredPicture:
     has_highlights  bright pixels are drawn as discs
     lists           the surfaces behind the visible ones; None if none are known
     sharp           the part that stays sharp; None if all is blurred
-    places          RGBA, subpixel positions of the light; None if they are not known
+    positions       RGBA, subpixel positions of the light; None if they are not known
     may_guess       surfaces behind the focus may be guessed for parts of the lens
     """
 
@@ -151,7 +151,7 @@ class LayeredPicture:
     has_highlights: bool
     lists: ListedFragments | None = None
     sharp: SharpPart | None = None
-    places: Texture | None = None
+    positions: Texture | None = None
     may_guess: bool = False
 
 
@@ -333,14 +333,14 @@ class LayeredBlur:
         half_coc = scratch.texture("surroundings coc", size, 1)
         surroundings = Surroundings(luminance, half_coc, BlurTargets(poles, blurred))
         split_steps = self._passes.split_highlights.steps(
-            source.color, source.coc, optics, surroundings, out, source.places is not None
+            source.color, source.coc, optics, surroundings, out, source.positions is not None
         )
         yield from self._scratch.run_pass("highlights found", split_steps)
         sizes = HighlightBuffers.sizes(size)
         buffers = {name: scratch.buffer(f"highlight {name}", sizes[name]) for name in sizes}
         highlights = HighlightBuffers(**buffers)
         list_steps = self._passes.list_highlights.steps(
-            out, optics, highlights, source.coc, source.places
+            out, optics, highlights, source.coc, source.positions
         )
         yield from self._scratch.run_pass("highlights listed", list_steps)
         return highlights

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.model.lens.disc_shape import DiscShape, Pair
-from heatlens.render.gpu.shader_constants import PART_PLACES
+from heatlens.render.gpu.shader_constants import PART_GRID_SIDE
 
 Array = NDArray[np.float64]
 _SIDE = 64  # points across the opening at which its light is sampled
@@ -26,8 +26,8 @@ def lens_parts(disc: DiscShape, size: Pair, parts: int) -> Array:
     relative to that of the lens, and the share of the light. A plain opening has `parts` of equal
     area. Every other opening has those of these parts that light passes: center, diameter and share
     are those of the open area in the part. An opening that changes over the picture has values at
-    PART_PLACES x PART_PLACES positions from corner to corner of a picture of `size`, row by row;
-    any other has them at one position.
+    PART_GRID_SIDE x PART_GRID_SIDE positions from corner to corner of a picture of `size`, row by
+    row; any other has them at one position.
     """
     across, down = disc.half_extents
     parts_at = np.stack(
@@ -44,7 +44,7 @@ def _picture_positions(disc: DiscShape, size: Pair) -> list[Pair]:
     """Return the pixel positions for which parts are computed; one if all have the same parts."""
     if disc.aperture.cat_eye == 0.0:
         return [(0.0, 0.0)]
-    along = np.linspace(0.0, 1.0, PART_PLACES)
+    along = np.linspace(0.0, 1.0, PART_GRID_SIDE)
     return [(size[0] * x, size[1] * y) for y in along for x in along]
 
 
@@ -63,7 +63,7 @@ def _parts_at(disc: DiscShape, parts: int, position_px: Pair) -> Array:
     return np.column_stack([centers, widths, shares / shares.sum()])
 
 
-@lru_cache(maxsize=PART_PLACES**2)
+@lru_cache(maxsize=PART_GRID_SIDE**2)
 def _moments(disc: DiscShape, parts: int, position_px: Pair) -> Array:
     """Return light, center x and y, and variance (parts, 4) of the opening within each part.
 

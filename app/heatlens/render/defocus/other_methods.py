@@ -161,7 +161,7 @@ class PyramidPass:
                 pixel_groups(rect[2:]),
                 textures={"source_tx": source},
                 images={"out_img": pyramid},
-                uniforms={"source_place": source_rect, "out_place": rect},
+                uniforms={"source_rect": source_rect, "out_rect": rect},
             )
             source, source_rect = pyramid, rect
             yield
@@ -171,7 +171,7 @@ class PyramidPass:
             images={"out_color_img": out_color},
             uniforms={
                 "aperture_axes": optics.disc.spreads,
-                "places": rects + [(0, 0, 1, 1)] * (PYRAMID_LEVELS_MAX - len(rects)),
+                "level_rects": rects + [(0, 0, 1, 1)] * (PYRAMID_LEVELS_MAX - len(rects)),
                 "levels": len(rects),
             },
         )
@@ -221,8 +221,8 @@ class OtherMethods:
             scratch.texture("bin cover", size, 1),
             scratch.texture("blurred", size, 4),
             scratch.texture("scatter cover", size, 1),
-            scratch.buffer("scatter places", sizes["place"]),
-            scratch.buffer("scatter order", sizes["pixel"]),
+            scratch.buffer("scatter offsets", sizes["offsets"]),
+            scratch.buffer("scatter order", sizes["pixels"]),
         )
         return self._scatter.steps(color, coc, optics, targets)
 

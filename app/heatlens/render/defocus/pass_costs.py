@@ -23,8 +23,8 @@ from heatlens.render.defocus.line_solver import LineSystem, SolverName, SweepSol
 from heatlens.render.defocus.tile_mask import visibility_bytes
 from heatlens.render.gpu.shader_constants import HIGHLIGHT_LEVELS
 
-# Bytes of a pixel; a position of a highlight is a _PLACE, and the luminance around it _AROUND.
-_COLOR, _COC, _STATE, _KIND, _PLACE, _POLE_LAYER = 16, 4, 8, 2, 8, 16
+# Bytes of a pixel; a position of a highlight is a _POSITION, and the luminance around it _AROUND.
+_COLOR, _COC, _STATE, _KIND, _POSITION, _POLE_LAYER = 16, 4, 8, 2, 8, 16
 _AROUND = 2
 _TALLY = 4 * HIGHLIGHT_LEVELS  # bytes of a block of 8 x 8 pixels
 _LIT = 1 / 8  # a bit for each pixel that holds a highlight
@@ -114,7 +114,7 @@ def proxy_bytes(work: Work, runs: int) -> Traffic:
     again to find silhouettes.
     """
     depth_again = 2 * _COC / work.proxy**2
-    least = _COLOR / work.proxy**2 + _COC + _COLOR + _COC + _PLACE
+    least = _COLOR / work.proxy**2 + _COC + _COLOR + _COC + _POSITION
     return Traffic(runs * (least + depth_again), runs * least)
 
 

@@ -69,15 +69,15 @@ def _own_memory(*names: str) -> dict[str, str]:
 PASSES: tuple[Pass, ...] = (
     Pass(
         "proxy",
-        _comp("proxy", variants=without_and_with("PLACES"))
+        _comp("proxy", variants=without_and_with("POSITIONS"))
         | _comp("peel_starts")
         | _comp("proxy_lists", "proxy_silhouettes", variants=_COUNT),
         pass_costs.proxy_bytes,
         _own_memory(
-            "proxy colour", "proxy depth", "proxy places", "proxy starts", "proxy fragments"
+            "proxy colour", "proxy depth", "proxy positions", "proxy starts", "proxy fragments"
         )
         | _own_memory(
-            "proxy fragment count", "wide colour", "wide depth", "scaled colour", "wide places"
+            "proxy fragment count", "wide colour", "wide depth", "scaled colour", "wide positions"
         )
         | _own_memory("proxy cutout", "proxy cutout alpha", "proxy cutout depth", "proxy ground"),
     ),
@@ -221,7 +221,7 @@ PASSES: tuple[Pass, ...] = (
         | _draw("scatter_draw", SHAPES)
         | _comp("scatter_over"),
         pass_costs.method_bytes,
-        private_memory=_own_memory("scatter cover", "scatter places")
+        private_memory=_own_memory("scatter cover", "scatter offsets")
         | {"bin light": "layer", "bin cover": "cover", "scatter order": "pixel list"},
     ),
     Pass(

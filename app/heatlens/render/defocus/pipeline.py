@@ -158,7 +158,9 @@ class DefocusPipeline:
         has_highlights = settings.bokeh is Bokeh.DISC
         lists = listed_through(plate.fragments, optics, has_alpha)
         may_guess = lists is None and not has_alpha and settings.proxy == 1.0
-        source = LayeredPicture(color, coc, has_highlights, lists, sharp, plate.places, may_guess)
+        source = LayeredPicture(
+            color, coc, has_highlights, lists, sharp, plate.positions, may_guess
+        )
         if not has_alpha:
             return (yield from self._layered.steps(source, optics, settings, "out"))
         return (yield from self._blur_with_alpha(source, optics, settings))

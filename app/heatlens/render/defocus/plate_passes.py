@@ -147,16 +147,16 @@ class ProxyPass:
         depth_scale: float,
         out_color: Texture,
         out_depth: Texture,
-        out_places: Texture | None = None,
+        out_positions: Texture | None = None,
     ) -> None:
         """Reduce color and depth; `depth_scale` is 1 for meters, the proxy scale for coc.
 
-        `out_places`, RGBA, gets the position of the light of each highlight in its pixel.
+        `out_positions`, RGBA, gets the position of the light of each highlight in its pixel.
         """
         images = {"out_color_img": out_color, "out_depth_img": out_depth}
-        if out_places is not None:
-            images["out_places_img"] = out_places
-        self._programs.version(PLACES=out_places is not None).dispatch(
+        if out_positions is not None:
+            images["out_positions_img"] = out_positions
+        self._programs.version(POSITIONS=out_positions is not None).dispatch(
             pixel_groups(out_color.size),
             textures={"color_tx": color, "depth_tx": depth},
             images=images,

@@ -89,15 +89,16 @@ class ProxyListsPass:
         self,
         color: Texture,
         depth: Texture,
-        places: Texture,
+        positions: Texture,
         memory: ProxyListMemory,
         out_depth: Texture,
     ) -> None:
         """List the two surfaces of each reduced pixel at a silhouette of a plate without lists.
 
-        `places` is the output of `ProxyPass`; highlights have no list. `out_depth` as for `merge`.
+        `positions`, those of the light of highlights, are the output of `ProxyPass`; highlights
+        have no list. `out_depth` is as for `merge`.
         """
-        textures = {"color_tx": color, "depth_tx": depth, "places_tx": places}
+        textures = {"color_tx": color, "depth_tx": depth, "positions_tx": positions}
         self._run(self._silhouette_programs, textures, {}, {}, memory, out_depth)
 
     def _run(
@@ -184,14 +185,14 @@ class PlateTextures:
     color      RGBA, scene-linear
     depth      meters, or signed coc in pixels for a plate that has no distances
     fragments  the surfaces along the ray of each pixel; None if the plate has no lists
-    places     RGBA, subpixel positions of the light; None if they are not known
+    positions  RGBA, subpixel positions of the light; None if they are not known
     cutout     the part that stays sharp; None if all is blurred
     """
 
     color: Texture
     depth: Texture
     fragments: FragmentBuffers | None = None
-    places: Texture | None = None
+    positions: Texture | None = None
     cutout: CutoutTextures | None = None
 
 
@@ -217,28 +218,30 @@ class ReducedPlate:
         size = proxy_size(whole.color.size, proxy)
         color = scratch.texture("proxy colour", size, 4)
         depth = scratch.texture("proxy depth", size, 1)
-        places = scratch.texture("proxy places", size, 4, "f2")
+        positions = scratch.texture("proxy positions", size, 4, "f2")
         has_lists = optics.line is not None and layers_for(settings) > 1
         memory = self._allocate_lists(whole.fragments, size, scratch) if has_lists else None
         cutout = None if whole.cutout is None else _allocate_cutout(whole.cutout, size, scratch)
         if self._reduced_state != (proxy, has_lists):
             scale = proxy if optics.line is None else 1.0  # coc in pixels shrinks with the picture
-            self._pass.run(whole.color, whole.depth, scale, color, depth, places)
+            self._pass.run(whole.color, whole.depth, scale, color, depth, positions)
             if memory is not None:
-                self._write_lists(whole, places, memory, depth)
+                self._write_lists(whole, positions, memory, depth)
             if whole.cutout is not None and cutout is not None:
                 for light, out in cutout.lights_of(whole.cutout):
                     self._pass.run(light, whole.cutout.depth, scale, out, cutout.depth)
             self._reduced_state = proxy, has_lists
             yield scratch.end_pass("proxy")
-        return PlateTextures(color, depth, None if memory is None else memory.lists, places, cutout)
+        return PlateTextures(
+            color, depth, None if memory is None else memory.lists, positions, cutout
+        )
 
     def _write_lists(
-        self, whole: PlateTextures, places: Texture, memory: ProxyListMemory, depth: Texture
+        self, whole: PlateTextures, positions: Texture, memory: ProxyListMemory, depth: Texture
     ) -> None:
         """Write the lists of the reduced plate from those of the plate, or from its silhouettes."""
         if whole.fragments is None:
-            self._lists_pass.list_silhouettes(whole.color, whole.depth, places, memory, depth)
+            self._lists_pass.list_silhouettes(whole.color, whole.depth, positions, memory, depth)
         else:
             self._lists_pass.merge(whole.color, whole.depth, whole.fragments, memory, depth)
 

@@ -45,22 +45,22 @@ class ScatterTargets:
 
     light, cover          RGBA and red: the sums of light and coverage of the discs of one bin
     out_color, out_cover  RGBA and red: the composite of all bins
-    place                 buffer: the number of pixels in each bin and row after the first pass,
-                          then replaced by where the pixels of each bin and row begin
-    pixel                 buffer: the pixels of the picture, sorted by bin
+    offsets               a word for each bin of each row: after the first pass the number of its
+                          pixels, then the index in `pixels` at which they begin
+    pixels                a word for each pixel of the picture, sorted by bin
     """
 
     light: Texture
     cover: Texture
     out_color: Texture
     out_cover: Texture
-    place: Buffer
-    pixel: Buffer
+    offsets: Buffer
+    pixels: Buffer
 
 
 def buffer_bytes(size: tuple[int, int]) -> dict[str, int]:
-    """Return the bytes of a picture's buffers: a word for each bin of a row and for each pixel."""
-    return {"place": 4 * SCATTER_BINS * size[1], "pixel": 4 * size[0] * size[1]}
+    """Return the bytes of the buffers of `ScatterTargets` for a picture of `size`, by name."""
+    return {"offsets": 4 * SCATTER_BINS * size[1], "pixels": 4 * size[0] * size[1]}
 
 
 def disc_sums(disc: DiscShape) -> npt.NDArray[np.float64]:
@@ -146,18 +146,18 @@ class ScatterPass:
             yield
 
     def _sort_pixels(self, coc: Texture, targets: ScatterTargets) -> Counts:
-        """Sort the pixels into `targets.pixel`, far to near; return how many are in each bin.
+        """Sort the pixels into `targets.pixels`, far to near; return how many are in each bin.
 
         A first pass counts the pixels of each bin and row. The counts are replaced by where each
         bin and row begins, and a second pass puts the pixels there. This waits for the GPU.
         """
         rows = coc.size[1]
         groups = (groups_for(rows, ROW_GROUP), 1)
-        buffers = {"place_block": targets.place, "pixel_block": targets.pixel}
+        buffers = {"offset_block": targets.offsets, "pixel_block": targets.pixels}
         self._count.dispatch(groups, textures={"coc_tx": coc}, buffers=buffers)
-        words = np.frombuffer(targets.place.read(4 * SCATTER_BINS * rows), np.uint32)
-        counts = words.reshape(rows, SCATTER_BINS)
-        targets.place.write(bin_starts(counts).tobytes())
+        count_words = np.frombuffer(targets.offsets.read(4 * SCATTER_BINS * rows), np.uint32)
+        counts = count_words.reshape(rows, SCATTER_BINS)
+        targets.offsets.write(bin_starts(counts).tobytes())
         self._sort.dispatch(groups, textures={"coc_tx": coc}, buffers=buffers)
         return np.asarray(counts.sum(axis=0), np.uint32)
 
@@ -171,7 +171,7 @@ class ScatterPass:
         """Add `count` discs from `first` on; sets all state that other draws may have changed."""
         textures, disc, sums = inputs
         program = self._discs.version(**disc.switches)
-        quads = self._quads_of(program, targets.pixel)
+        quads = self._quads_of(program, targets.pixels)
         uniforms = disc.uniforms | ({"disc_sums": sums} if sums else {})
         self._target.around(targets.light, targets.cover).use()
         program.bind(textures=textures, uniforms=uniforms)
@@ -194,15 +194,15 @@ class ScatterPass:
             uniforms={"is_farthest": is_farthest, "is_nearest": is_nearest},
         )
 
-    def _quads_of(self, program: DrawProgram, pixel: Buffer) -> VertexArray:
+    def _quads_of(self, program: DrawProgram, pixels: Buffer) -> VertexArray:
         """Return the vertex array of a program for the sorted pixels.
 
         The latest array of each program is kept, and replaced if the buffer is another one.
         """
         cached = self._quads.get(program)
-        if cached is None or cached[0] is not pixel:
+        if cached is None or cached[0] is not pixels:
             if cached is not None:
                 cached[1].release()
-            cached = pixel, program.vertex_array([(pixel, "1u/i", "in_pixel")])
+            cached = pixels, program.vertex_array([(pixels, "1u/i", "in_pixel")])
             self._quads[program] = cached
         return cached[1]

@@ -99,7 +99,7 @@ class Peeled:
 
     fragments   the lists of all pixels
     depth       R, meters of the picture, or of the nearest surface if the list begins with that
-    places      RGBA: position of the light within each pixel, see peel_lists.comp.glsl
+    positions   RGBA: position of the light within each pixel, see peel_lists.comp.glsl
     bins        dioptres of the visible surfaces and of those behind them
     count       number of fragments that were found
     capacity    number of fragments that fit into memory
@@ -107,7 +107,7 @@ class Peeled:
 
     fragments: FragmentBuffers
     depth: Texture
-    places: Texture
+    positions: Texture
     bins: ValueBins
     count: int
     capacity: int
@@ -139,7 +139,7 @@ class _ListMemory:
     starts: Buffer
     words: Buffer
     depth: Texture
-    places: Texture
+    positions: Texture
     capacity: int
 
 
@@ -187,7 +187,7 @@ class ScenePeel:
         nearest, stored = float(picture.bins.high), min(count, out.capacity)
         bins = self._survey.with_fragments(out.depth, out.words, stored, nearest)
         fragments = FragmentBuffers(out.starts, out.words, view.size, False, is_exact=True)
-        return Peeled(fragments, out.depth, out.places, bins, count, out.capacity)
+        return Peeled(fragments, out.depth, out.positions, bins, count, out.capacity)
 
     def _grow_capacity(self, count: int, size: tuple[int, int]) -> bool:
         """Increase the capacity to `count` fragments; return False if the limit is reached."""
@@ -208,7 +208,7 @@ class ScenePeel:
             self._pool.buffer(f"starts {bank}", 4 * (pixels + 1)),
             self._pool.buffer(f"words {bank}", _FRAGMENT_BYTES * capacity),
             self._pool.texture(f"depth {bank}", size, 1),
-            self._pool.texture(f"places {bank}", size, 4, "f2"),
+            self._pool.texture(f"positions {bank}", size, 4, "f2"),
             capacity,
         )
 
@@ -284,7 +284,7 @@ class ScenePeel:
             images={
                 "out_color_img": picture.color,
                 "out_depth_img": out.depth,
-                "out_place_img": out.places,
+                "out_position_img": out.positions,
             },
             buffers=list_buffers | {"fragment_block": out.words},
             uniforms=uniforms,

@@ -21,7 +21,7 @@ from heatlens.render.scene_gpu.raster import SceneRaster
 from heatlens.render.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
 
 _SHADER = "scene_gpu/ray_trace.comp.glsl"
-_DEFINES = ("HOLES", "COLORS", "BUMPS", "PLACES")  # variants of the shader
+_DEFINES = ("HOLES", "COLORS", "BUMPS", "PLACEMENTS")  # variants of the shader
 _RAYS_PER_STEP = 2**17  # some tenths of a second on a processor, so that the window responds
 
 

@@ -49,7 +49,7 @@ class SceneBuffers:
     colors          four half floats for each vertex, linear; None if no mesh has any
     more_uvs        two floats for each vertex, the second set of texture coordinates; None
                     if all maps of each material share one placement
-    places          placement of the maps of each material, None in the same case
+    placements      placement of the maps of each material, None in the same case
     triangles       (T, 3) uint32 into all vertices
     first_triangle  (meshes + 1,) where each mesh's triangles begin
     instances       INSTANCE, those of one mesh after each other
@@ -70,9 +70,9 @@ class SceneBuffers:
         self._first_vertex = np.cumsum([0] + [len(mesh.positions_m) for mesh in scene.meshes])
         self.vertices = ctx.buffer(vertices.tobytes())
         self.colors = ctx.buffer(colors_of(scene.meshes)) if has_colors(scene) else None
-        has_places = any(material.map_places for material in scene.materials)
-        self.more_uvs = ctx.buffer(more_uvs_of(scene.meshes)) if has_places else None
-        self.places = ctx.buffer(places_of(scene.materials)) if has_places else None
+        has_placements = any(material.map_places for material in scene.materials)
+        self.more_uvs = ctx.buffer(more_uvs_of(scene.meshes)) if has_placements else None
+        self.placements = ctx.buffer(placements_of(scene.materials)) if has_placements else None
         self.triangles = ctx.buffer(triangles.tobytes())
         commands = _commands(self._meshes, self.first_triangle)
         self.command_count = len(commands)
@@ -88,7 +88,7 @@ class SceneBuffers:
     def defines(self) -> dict[str, int]:
         """The defines of the scene's shaders: only the features that this scene needs."""
         names = {"HOLES": self.has_holes, "COLORS": self.colors is not None}
-        names |= {"BUMPS": self.has_bumps, "PLACES": self.places is not None}
+        names |= {"BUMPS": self.has_bumps, "PLACEMENTS": self.placements is not None}
         return {name: 1 for name, is_needed in names.items() if is_needed}
 
     @property
@@ -104,7 +104,7 @@ class SceneBuffers:
             "materials_block": self.materials,
             "lights_block": self.lights,
         }
-        return blocks if self.places is None else blocks | {"places_block": self.places}
+        return blocks if self.placements is None else blocks | {"placements_block": self.placements}
 
     @property
     def vertex_storage(self) -> dict[str, Buffer]:
@@ -222,7 +222,7 @@ def more_uvs_of(meshes: Sequence[Mesh]) -> bytes:
     return np.concatenate(parts).astype(np.float32).tobytes()
 
 
-def places_of(materials: Sequence[Material]) -> bytes:
+def placements_of(materials: Sequence[Material]) -> bytes:
     """Return two vec4 for each map of each material, which say where the map lies on a surface.
 
     The first is a matrix (2, 2). The second has an offset u, v, the number of the set of texture
