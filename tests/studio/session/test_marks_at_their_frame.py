@@ -128,10 +128,11 @@ def test_pull_waiting_for_a_frame_of_a_closed_source_sets_no_key(wall, tmp_path,
     monkeypatch.setattr(mark_distances, "read_plate", read_late)
     (tmp_path / "other").mkdir()
     marks.pulls.suggest()
-    marks.pulls.make()
-    assert marks.distances.has_request
-    wall.files.commands.open(write_wall(tmp_path / "other"))
-    run_until_settled(wall)
+    with hide_frames({FIRST + 18}):  # reading ahead must not answer the request first
+        marks.pulls.make()
+        assert marks.distances.has_request
+        wall.files.commands.open(write_wall(tmp_path / "other"))
+        run_until_settled(wall)
     is_opened.set()
     wait_for_distance(wall)
     assert marks.pulls.pull_count == 0 and not wall.editing.shot.curves.focus_distance_m.keys

@@ -124,7 +124,8 @@ def test_missing_frame_stops_playback_only_with_missing_stop(walls, time, tmp_pa
 
 
 def test_timeline_runs_report_frames_in_memory(walls, time):
-    run_until(walls, lambda: time.cache.get(FIRST + 7) is not None, "eight frames")
+    first_frames = range(FIRST, FIRST + 8)
+    run_until(walls, lambda: all(map(time.cache.get, first_frames)), "eight frames in a row")
     (run,) = time.runs()
     assert (run.first, run.state) == (FIRST, "ready") and run.last >= FIRST + 7
     assert not time.is_outdated
