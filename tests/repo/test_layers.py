@@ -349,8 +349,9 @@ def test_folders_stay_below_file_limit():
         assert count <= file_limit, folder
 
 
-def test_session_tests_import_no_window_modules():
-    tests = sorted(Path(__file__).parents[1].glob("studio/session/*.py"))
+@pytest.mark.parametrize("room", ["session", "board"])
+def test_tests_of_sessions_import_no_window_modules(room):
+    tests = sorted(Path(__file__).parents[1].glob(f"studio/{room}/*.py"))
     assert tests
     for test in tests:
         users = set(imported_modules(test.read_text(encoding="utf-8")))
