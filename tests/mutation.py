@@ -1,6 +1,6 @@
 """Change the program in one place at a time, and list the changes that no test of the area sees.
 
-    python tests/mutation.py --rooms model defocus plate --sample 300 --seed 28 --keep found
+    python tests/mutation.py --rooms core/model studio/board --sample 300 --seed 28 --keep found
 
 A mutant is one small change: another comparison, sum or number, a removed statement, a branch taken
 the other way. It runs in a forked process against the tests of `tests/ROOM` that reach its line,
@@ -34,7 +34,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 APP = ROOT / "app" / "heatlens"
-ROOMS = ("model", "defocus", "plate", "session", "source")
+ROOMS = ("core/model", "render/defocus", "media/files", "studio/board", "studio/session")
 TESTS_S = 60.0  # tests of a mutant that need longer together are not all run
 PATIENCE = 4  # a mutant hangs that needs so many times longer than its tests did, and 20 s
 QUIETLY = ("-p", "no:cacheprovider", "-W", "ignore::pytest.PytestAssertRewriteWarning")
@@ -75,8 +75,9 @@ class Place:
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change: the `number`-th of those that `changes` finds in the file at `path`."""
+    """One change: the `number`-th of those that `changes` finds in the file at `path` of a room."""
 
+    room: str
     path: Path
     number: int
     place: Place
@@ -201,7 +202,7 @@ def mutants(room: str) -> list[Mutant]:
     for path in sorted((APP / room).rglob("*.py")):
         tree = ast.parse(path.read_text(encoding="utf-8"))
         found = enumerate(changes(tree, Place()))
-        made += [Mutant(path, i, place, words) for i, (place, words, _) in found]
+        made += [Mutant(room, path, i, place, words) for i, (place, words, _) in found]
     return made
 
 
@@ -220,10 +221,6 @@ def sampled(rooms: Sequence[str], count: int, seed: int) -> list[Mutant]:
             chosen.append(chance.choice(lines[line]))
     chance.shuffle(chosen)  # a run that is ended has seen some of each room
     return chosen
-
-
-def _line_count(path: Path) -> int:
-    return len(path.read_text(encoding="utf-8").splitlines())
 
 
 class Recording:
@@ -310,9 +307,9 @@ def forked(work: Callable[[], int], limit_s: float, log: Path) -> int | None:
 
 def recorded(room: str, keep: Path) -> dict[str, Any]:
     """Return which tests of a room reach which line, from the last run where that is kept."""
-    kept = keep / f"{room}.json"
+    kept = keep / f"{room.replace('/', '-')}.json"
     if not kept.exists():
-        log = keep / f"{room}.log"
+        log = kept.with_suffix(".log")
         if forked(partial(_record, room, kept), 3600.0, log) != 0:
             raise SystemExit(f"the tests of {room} do not pass: see {log}")
     return json.loads(kept.read_text())
@@ -423,12 +420,11 @@ def main() -> None:
     results = wishes.keep / f"seed-{wishes.seed}.jsonl"
     known = dict(map(json.loads, results.read_text().splitlines())) if results.exists() else {}
     for i, mutant in enumerate(chosen):
-        room = mutant.path.relative_to(APP).parts[0]
         if mutant.name not in known:  # a run that was ended goes on
-            known[mutant.name] = end_of(mutant, records[room], wishes.keep / "last.log")
+            known[mutant.name] = end_of(mutant, records[mutant.room], wishes.keep / "last.log")
             with results.open("a") as out:
                 out.write(json.dumps([mutant.name, known[mutant.name]]) + "\n")
-        ends[room][known[mutant.name]] += 1
+        ends[mutant.room][known[mutant.name]] += 1
         print(f"{i + 1}/{len(chosen)} {known[mutant.name]} {mutant.name}", flush=True)
     for room, counts in ends.items():
         lived = counts["survived"] + counts["unreached"]
