@@ -1,9 +1,11 @@
-"""Test that the manual has short sentences, and a picture of each panel that it mentions."""
+"""Test that the manual has short sentences, all keys, and a picture of each panel it mentions."""
 
 import re
 from pathlib import Path
 
 from heatlens.studio.ui.state import PANELS
+from manual_keys import key_table, with_key_table
+from support.commands import listed_commands
 
 ROOT = Path(__file__).parents[2]
 MANUAL = ROOT / "app" / "MANUAL.md"
@@ -44,3 +46,19 @@ def test_panels_mentioned_in_manual_have_a_picture():
         name for name in mentioned_panels if f"../assets/manual/{name.lower()}.png)" not in text
     }
     assert not missing
+
+
+def test_key_table_of_manual_is_that_of_the_commands():
+    """Run `python tests/manual_keys.py` after a change of a command or a key."""
+    text = MANUAL.read_text(encoding="utf-8")
+    commands = listed_commands()
+    assert text == with_key_table(text, key_table(commands))
+    table = text.partition("| menu | keys |")[2].partition("\n\n")[0]
+    for command in commands:
+        cell = f"`{command.key}` {command.name}"
+        assert (re.search(rf"{re.escape(cell)} (·|\|)", table) is not None) is bool(command.key)
+
+
+def test_new_key_table_replaces_only_the_old_one():
+    page = "Before.\n\n| menu | keys |\n| --- | --- |\n| Old | `X` Fly |\n\nAfter.\n\nEnd.\n"
+    assert with_key_table(page, "New.\n") == "Before.\n\nNew.\n\nAfter.\n\nEnd.\n"

@@ -109,3 +109,12 @@ def in_menu_order(commands: Iterable[Command]) -> tuple[Command, ...]:
             names = [other.name for other in ordered]
             ordered.insert(names.index(command.before), command)
     return tuple(ordered)
+
+
+def keys_by_menu(commands: Iterable[Command]) -> dict[str, tuple[tuple[str, str], ...]]:
+    """Return by menu the keys of its commands and their names, in the order of the commands."""
+    keyed = tuple(command for command in commands if command.key)
+    return {
+        menu: tuple((it.key, it.name) for it in keyed if it.menu == menu)
+        for menu in dict.fromkeys(command.menu for command in keyed)
+    }

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.studio.board.command import Command
+from heatlens.studio.board.command import Command, keys_by_menu
 from heatlens.studio.ui import probe, topmost, widgets
 
 Rows = tuple[tuple[str, str], ...]  # (keys or gesture, what it does)
@@ -57,11 +57,7 @@ def sections(commands: Sequence[Command], has_camera: bool) -> list[Section]:
     if has_camera:
         found_sections.append(Section("Mouse in the scene", _MOUSE_OF_SCENE))
     found_sections.append(Section("Mouse on the timeline", _MOUSE_OF_TIME))
-    for menu in dict.fromkeys(command.menu for command in commands):
-        rows = tuple((it.key, it.name) for it in commands if it.menu == menu and it.key)
-        if rows:
-            found_sections.append(Section(menu, rows))
-    return found_sections
+    return found_sections + [Section(*of_menu) for of_menu in keys_by_menu(commands).items()]
 
 
 def distribute_in_columns(sections: Sequence[Section], count: int) -> list[list[Section]]:
