@@ -5,12 +5,13 @@ is another class here.
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar, Literal
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.view.view import Compare
+from heatlens.studio.session.exports.export_settings import ExportSettings
 from heatlens.studio.session.files.file_commands import PURPOSES
 from heatlens.studio.session.files.folder_walk import ChosenFile
 from heatlens.studio.session.scenes.scene_commands import CameraDrag
@@ -52,6 +53,35 @@ class Save(Request):
         files = session.files.commands
         if files.may_choose(self.what):
             files.apply_choice(ChosenFile(PURPOSES[self.what], Path(self.path).absolute()))
+
+
+@dataclass(frozen=True, slots=True)
+class Export(Request):
+    """Begin to export frames as linear EXR; the session's message tells how that ended.
+
+    folder  where they go; it is made if it is not there
+    name    the part of their names before the number
+    frames  those to export, such as "1001-1010"; "" for those from in to out
+    """
+
+    is_remote: ClassVar[bool] = False
+
+    folder: str
+    name: str
+    frames: str = ""
+
+    def run(self, session: Session) -> None:
+        exports = session.files.exports
+        why_not = exports.why_not or ("" if session.source.plate else "Nothing is open to export.")
+        if exports.run.is_busy:
+            why_not = "An export is running: begin another when it has finished."
+        if why_not:
+            raise InputError(why_not)
+        exports.propose()
+        folder, proposed = str(Path(self.folder).absolute()), exports.settings
+        new = ExportSettings(folder=folder, name=self.name, frames=self.frames)
+        exports.change(replace(new, is_single=proposed.is_single, place=proposed.place))
+        exports.export()
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,111 @@
+"""A front end of 40 lines, which knows the board and the model alone: open, drag, mark, export."""
+
+import ast
+import inspect
+import textwrap
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from heatlens.studio.board.board import Board
+from heatlens.studio.board.requests import Export, MarkAt, Open
+from heatlens.studio.board.state import State
+from support.evening import FAR_M, FIRST, begin_session, run_loop_once, write_plates
+
+LINES_MOST = 40
+PATIENCE_S = 120.0
+MAY_IMPORT = ("heatlens.studio.board.", "heatlens.core.")
+
+
+class FrontEnd:
+    """Shows a session as text; `turn` makes one turn of its loop."""
+
+    def __init__(self, board: Board, turn: Callable[[], None]) -> None:
+        self.board, self._turn = board, turn
+
+    def until(self, condition: Callable[[State], bool]) -> State:
+        """Turn until the state fulfils a condition; return that state."""
+        while not condition(state := self.board.state()):
+            self._turn()
+        return state
+
+    def open(self, name: str) -> State:
+        """Open a source; return the state with its whole picture."""
+        self.board.do(Open(name))
+        return self.until(lambda state: bool(state.source) and state.is_whole)
+
+    def drag_focus(self, to_m: float, steps: int = 4) -> State:
+        """Move the focus to a distance as a hand does; return the state at rest."""
+        lens = self.board.state().lens
+        assert lens is not None
+        for part in (step / steps for step in range(1, steps + 1)):
+            distance_m = (1 - part) * lens.focus_distance_m + part * to_m
+            self.board.change(replace(lens, focus_distance_m=distance_m))
+            self._turn()
+        return self.until(lambda state: state.is_whole)
+
+    def mark(self, x_px: int, y_px: int) -> State:
+        """Set a mark on what is at a pixel."""
+        self.board.do(MarkAt(x_px, y_px))
+        return self.until(lambda state: bool(state.marks))
+
+    def export(self, folder: Path, frame: int) -> State:
+        """Export a frame; return the state once that has ended."""
+        self.board.do(Export(str(folder), "shot", str(frame)))
+        return self.until(lambda state: state.message.startswith("Done") or state.is_problem)
+
+
+@pytest.fixture
+def front_end(tmp_path):
+    session = begin_session(tmp_path / "preferences")
+    end_s = time.monotonic() + PATIENCE_S
+
+    def turn() -> None:
+        assert time.monotonic() < end_s, session.messages.text
+        run_loop_once(session)
+        time.sleep(0.001)  # threads have their turn
+
+    yield FrontEnd(Board(session), turn)
+    session.close()
+
+
+def test_small_front_end_opens_drags_marks_and_exports(front_end, tmp_path):
+    opened = front_end.open(write_plates(tmp_path))
+    assert (opened.frame, opened.size_px) == (FIRST, (48, 32))
+    dragged = front_end.drag_focus(6.0)
+    assert dragged.lens.focus_distance_m == 6.0 and dragged.picture > opened.picture
+    (mark,) = front_end.mark(40, 16).marks
+    assert mark.distance_m == FAR_M
+    exported = front_end.export(tmp_path / "out", FIRST + 2)
+    assert not exported.is_problem, exported.message
+    assert [it.name for it in (tmp_path / "out").iterdir()] == [f"shot.{FIRST + 2}.exr"]
+
+
+def test_drag_is_one_step_of_undo(front_end, tmp_path):
+    before = front_end.open(write_plates(tmp_path)).lens
+    front_end.drag_focus(6.0)
+    front_end.until(lambda state: state.title.endswith("*"))
+    front_end.board.do("Undo")
+    assert front_end.board.state().lens == before
+
+
+def test_small_front_end_has_40_lines_and_knows_the_board_alone():
+    lines = textwrap.dedent(inspect.getsource(FrontEnd)).splitlines()
+    assert len([line for line in lines if line.strip()]) <= LINES_MOST
+    tree = ast.parse(Path(__file__).read_text(encoding="utf-8"))
+    modules = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    own = [name for name in modules if name.startswith("heatlens.")]
+    assert own and all(name.startswith(MAY_IMPORT) for name in own)
+
+
+def test_export_tells_what_is_missing(front_end, tmp_path):
+    front_end.board.do(Export(str(tmp_path / "out"), "shot"))
+    assert front_end.board.state().message == "Nothing is open to export."
+    assert not (tmp_path / "out").exists()
+    front_end.open(write_plates(tmp_path))
+    front_end.board.do(Export(str(tmp_path / "out"), "shot", str(FIRST)))
+    front_end.board.do(Export(str(tmp_path / "out"), "shot", str(FIRST)))
+    assert "begin another when it has finished" in front_end.board.state().message
