@@ -34,6 +34,14 @@ ON_THE_PAGE = """
       done([given, keys.COMMANDS[keys.chord(event)], sheet.querySelector("h2").textContent]);
     }, (error) => done(String(error)));
 """
+OWN_KEYS_OF_THE_PAGE = """
+    const [table, done] = arguments;
+    import("/keys.js").then((keys) => {
+      keys.learnKeys(table, { "Zoom in": () => 0 });
+      const typed = { code: "Equal", shiftKey: true };
+      done([keys.COMMANDS, keys.chord(typed), keys.chord({ ...typed, code: "KeyF" })]);
+    }, (error) => done(String(error)));
+"""
 
 
 @pytest.fixture
@@ -109,4 +117,7 @@ def test_page_in_a_browser_has_a_button_and_a_key_of_the_new_command(pages):
     with chromium() as browser:
         browser.driver.get(pages)
         found = browser.driver.execute_async_script(ON_THE_PAGE, [ROW], NAME)
+        own_table = [["Zoom in", "J", None], ["Loupe", "Shift+D", None]]
+        own = browser.driver.execute_async_script(OWN_KEYS_OF_THE_PAGE, own_table)
     assert found == [[NAME], NAME, SHEET]
+    assert own == [{"J": "Zoom in"}, "+", "Shift+F"]

@@ -68,7 +68,7 @@ function state(changed) {
   const now = link.state;
   if ("shape" in changed || "guides" in changed) picture.describe(now.shape, now.guides);
   if ("table" in changed) {
-    learnKeys(now.table);
+    learnKeys(now.table, OWN);
     more.offer(now.table);
   }
   if ("message" in changed && now.message) note(now.message, now.is_problem);
@@ -225,12 +225,13 @@ $("picture").addEventListener("wheel", (event) => {
 
 // Keys: those of the window, and a few for what only this page has
 
+const OWN = { // the picture of each page has its own zoom: the commands by which the window sets its
+  "Fit": () => picture.fit(),
+  "1:1": () => picture.oneToOne(),
+  "Zoom in": () => picture.zoomBy(2),
+  "Zoom out": () => picture.zoomBy(0.5),
+};
 const OWN_KEYS = {
-  "F": () => picture.fit(),
-  "1": () => picture.oneToOne(),
-  "+": () => picture.zoomBy(2),
-  "Shift++": () => picture.zoomBy(2),
-  "-": () => picture.zoomBy(0.5),
   "Tab": () => setClean(!body.classList.contains("clean")),
   "Escape": () => (body.classList.contains("clean") ? setClean(false) : closeSheets()),
 };
@@ -241,13 +242,14 @@ addEventListener("keydown", (event) => {
     event.preventDefault();
     return;
   }
-  const pressed = chord(event);
+  const pressed = chord(event), name = COMMANDS[pressed];
   const isPressing = event.target instanceof HTMLButtonElement && ["Space", "Enter"].includes(event.code);
-  if (isPressing || (!OWN_KEYS[pressed] && !COMMANDS[pressed])) return;
+  if (isPressing || (!OWN_KEYS[pressed] && !name)) return;
   event.preventDefault();
   if (OWN_KEYS[pressed]) OWN_KEYS[pressed]();
-  else if (COMMANDS[pressed] === "Record a pull") record();
-  else link.do(COMMANDS[pressed]);
+  else if (OWN[name]) OWN[name]();
+  else if (name === "Record a pull") record();
+  else link.do(name);
 });
 addEventListener("keyup", (event) => { if (event.key === "Alt") holdPinhole(false); });
 addEventListener("resize", place);
