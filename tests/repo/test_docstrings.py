@@ -9,6 +9,7 @@ import re
 import tomllib
 from collections.abc import Iterator
 from fnmatch import fnmatch
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,7 @@ NO_VERBS = frozenset(
 )
 
 
+@cache
 def unfinished_folders() -> list[str]:
     """Return the patterns of packages that pyproject.toml still excepts from the rule."""
     config = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))

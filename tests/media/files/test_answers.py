@@ -21,6 +21,8 @@ from heatlens.media.files.apart import call_in_process
 from support.noisy_readers import WAYS, Noisy, evil, noisy
 
 APP = Path(heatlens.__file__).parent
+# What runs a reader in another process.
+CALLERS = ("call_in_process", "read_usd_in_process")
 READERS = {
     "heatlens.media.camera.usd_read:usd_camera",
     "heatlens.media.documents.edit_file:_read_reel_bounded",
@@ -47,12 +49,11 @@ NOISE = {
 def called_readers(path: Path) -> Iterator[str]:
     """Yield the readers that a source file runs in another process, as module:name."""
     module = ".".join(("heatlens", *path.relative_to(APP).with_suffix("").parts))
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+    text = path.read_text("utf-8")
+    has_name = any(name in text for name in CALLERS)  # few files, so few are parsed
+    for node in ast.walk(ast.parse(text)) if has_name else ():
         name = getattr(getattr(node, "func", None), "id", "")
-        if (
-            name in ("call_in_process", "read_usd_in_process")
-            and module != "heatlens.media.files.usd_library"
-        ):
+        if name in CALLERS and module != "heatlens.media.files.usd_library":
             yield f"{module}:{ast.unparse(node.args[0])}"
 
 

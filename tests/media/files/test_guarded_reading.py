@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from heatlens.media.plate.mattes.cryptomatte import Cryptomatte
 APP = Path(heatlens.__file__).parent
 GUARD = "core/base/paths.py"
 READERS = ("read_text", "read_bytes", "load", "fromfile", "memmap", "loadtxt", "genfromtxt")
+_MAY_READ = re.compile(rf"\b(open|{'|'.join(READERS)})\b\)*\s*\(")
 # What heatlens brings, writes itself or gets from the system, with a part of the call.
 OWN = {
     "_FACTS.read_text",
@@ -38,11 +40,14 @@ WRITING = ("'w'", "'wb'", "'rb+'", "'r+b'", "os.dup", "_NEW_FILE", "flags", "os.
 
 def file_reads(path: Path) -> Iterator[str]:
     """Yield the calls in a source file that open or read another file by its path."""
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+    source = path.read_text("utf-8")
+    for node in ast.walk(ast.parse(source)) if _MAY_READ.search(source) else ():
         if not isinstance(node, ast.Call):
             continue
+        name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+        if name not in ("open", *READERS):
+            continue
         text = ast.unparse(node)
-        name = node.func.attr if isinstance(node.func, ast.Attribute) else ast.unparse(node.func)
         is_path = name == "open" and (
             isinstance(node.func, ast.Name)
             or ast.unparse(node.func) in ("os.open", "io.open")

@@ -29,6 +29,8 @@ VALUES = {"f_stop": 2.8, "focal_length_mm": 35.0, "squeeze": 1.5, "tilt_deg": 2.
 
 def lists_in(text: str) -> list[int]:
     """Return the lines of literals that name two or more members."""
+    if "LensParameter." not in text:  # most files, which need not be parsed
+        return []
     literals = (ast.Dict, ast.Tuple, ast.List, ast.Set)
     return [
         node.lineno
