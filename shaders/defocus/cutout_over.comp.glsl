@@ -16,8 +16,8 @@ uniform sampler2D cutout_tx;
 uniform sampler2D cutout_alpha_tx;
 uniform sampler2D cutout_coc_tx;
 uniform sampler2D coc_tx;
-uniform vec2 ends_px;     // only cutout pixels with a coc from x to below y are composited now
-uniform bool is_on_top;   // composite all that is not behind the picture, and write alpha
+uniform vec2 coc_range_px;  // only cutout pixels with a coc from x to below y are composited now
+uniform bool is_on_top;     // composite all that is not behind the picture, and write alpha
 layout(rgba32f) uniform image2D out_color_img;
 
 #define MARGIN_PX 0.01  // difference in coc up to which the cutout is not behind the picture
@@ -27,7 +27,7 @@ void main() {
     if (any(greaterThanEqual(at, imageSize(out_color_img)))) return;
     vec4 sharp = texelFetch(cutout_tx, at, 0), color = imageLoad(out_color_img, at);
     float coc = texelFetch(cutout_coc_tx, at, 0).r;
-    if (coc < ends_px.x || coc >= ends_px.y || sharp.a == 0.0) return;
+    if (coc < coc_range_px.x || coc >= coc_range_px.y || sharp.a == 0.0) return;
     if (is_on_top && coc > texelFetch(coc_tx, at, 0).r + MARGIN_PX) return;
     float alpha = texelFetch(cutout_alpha_tx, at, 0).r + (1.0 - sharp.a) * color.a;
     imageStore(out_color_img, at, vec4(sharp.rgb + (1.0 - sharp.a) * color.rgb, is_on_top ? alpha : color.a));

@@ -22,7 +22,7 @@ uniform float thin_coc_px;  // a surface that is blurred more is not thin
 layout(rg32f) uniform writeonly image2D out_zone_img;
 
 #define LEAST_STEP_PX 1.8     // least difference in blur of an edge; less is right in one layer
-#define LEAST_STEP_PART 0.585 // the same as a share of the disc of a part; the larger limit is used
+#define LEAST_STEP_SHARE 0.585 // the same as a share of the disc of a part; the larger limit is used
 #define MARGIN_PX 4.0         // added to the reach of an edge
 #define WIDE_PX 5             // width in pixels from which a surface is wide
 #define FULL_FROM 1.25        // multiple of a limit at which a zone has its whole reach
@@ -35,7 +35,7 @@ float weight_past(float limit, float value) {
 
 // Degree, 0 to 1, to which two neighbors with the coc `coc` and `other` belong to different surfaces.
 float step_between(float coc, float other, float least_step) {
-    return weight_past(max(least_step, LEAST_STEP_PART * part_scale * max(coc, other)), abs(coc - other));
+    return weight_past(max(least_step, LEAST_STEP_SHARE * part_scale * max(coc, other)), abs(coc - other));
 }
 
 // 1 if the surface at a pixel continues for WIDE_PX pixels along a direction, 0 if there is a step before that.

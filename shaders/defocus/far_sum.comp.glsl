@@ -5,7 +5,7 @@
 //   view_tx   blurred view: rgb times the known share, a the known share
 //   lib/lens_part.lib.glsl   has the part's share of the light
 //   lib/tile_mask.lib.glsl   the tiles that have a view
-//   begins    true before the first part: the sum is only set to 0, and no view is added
+//   is_first  true before the first part: the sum is only set to 0, and no view is added
 // Outputs
 //   sum_img   rgba, the sum of the views times their share of the light (read and written)
 //   head_buf  0 for all cells; it has one row and one column more than the picture
@@ -17,7 +17,7 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 uniform sampler2D view_tx;
-uniform bool begins;
+uniform bool is_first;
 layout(rgba32f) uniform image2D sum_img;
 layout(std430) writeonly buffer head_block { uint head_buf[]; };
 
@@ -25,8 +25,8 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row), size = imageSize(sum_img);
     if (any(greaterThan(at, size))) return;
     head_buf[at.y * (size.x + 1) + at.x] = 0u;
-    if (any(greaterThanEqual(at, size)) || !(begins || is_active(at))) return;
+    if (any(greaterThanEqual(at, size)) || !(is_first || is_active(at))) return;
     vec4 sum = vec4(0.0);
-    if (!begins) sum = imageLoad(sum_img, at) + lens_part_at(at, size).w * texelFetch(view_tx, at, 0);
+    if (!is_first) sum = imageLoad(sum_img, at) + lens_part_at(at, size).w * texelFetch(view_tx, at, 0);
     imageStore(sum_img, at, sum);
 }

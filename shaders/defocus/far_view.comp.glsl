@@ -42,8 +42,8 @@ int count;                    // how many there are
 // linked.
 void keep_surface(uint number, float coc, float share) {
     int slot = min(count, SURFACES_MAX - 1);
-    bool is_later = count < SURFACES_MAX || coc < surfaces[slot].x || coc == surfaces[slot].x && number < numbers[slot];
-    if (!is_later) return;
+    bool fits = count < SURFACES_MAX || coc < surfaces[slot].x || coc == surfaces[slot].x && number < numbers[slot];
+    if (!fits) return;
     count = min(count + 1, SURFACES_MAX);
     for (; slot > 0; --slot) {
         vec2 other = surfaces[slot - 1];

@@ -5,7 +5,7 @@
 // Inputs
 //   zone_tx        for each block, in pixels^2, the squared reach of its edges, or that less the squared distance
 //                  along the rows: r of wide surfaces, g of thin ones
-//   along          direction: (1, 0) or (0, 1)
+//   axis           direction of the pass: (1, 0) along rows, (0, 1) along columns
 //   reach_blocks   distance in blocks beyond which no edge reaches
 // Output
 //   out_zone_img   rg as in zone_tx, spread: above 0 in a zone (far_over.comp.glsl)
@@ -13,7 +13,7 @@
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D zone_tx;
-uniform ivec2 along;
+uniform ivec2 axis;
 uniform int reach_blocks;
 layout(rg32f) uniform writeonly image2D out_zone_img;
 
@@ -22,7 +22,7 @@ void main() {
     if (any(greaterThan(block, last))) return;
     vec2 largest_reach = vec2(-1.0);
     for (int k = -reach_blocks; k <= reach_blocks; ++k) {
-        ivec2 other = block + k * along;
+        ivec2 other = block + k * axis;
         if (any(lessThan(other, ivec2(0))) || any(greaterThan(other, last))) continue;
         float distance_px = float(k * FAR_BLOCK);
         largest_reach = max(largest_reach, texelFetch(zone_tx, other, 0).rg - distance_px * distance_px);

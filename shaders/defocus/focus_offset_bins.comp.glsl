@@ -4,7 +4,7 @@
 //
 // Inputs
 //   depth_tx    r planar meters
-//   low, per_step   dioptres at which the first bin begins, and bins for each dioptre
+
 //   with LISTS, lib/fragment_list.lib.glsl, where a fragment_line of (0, 1) makes the coc of a fragment its dioptres
 // Output
 //   count_buf   surfaces in each bin; zeros before the pass
@@ -17,13 +17,13 @@
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D depth_tx;
-uniform float low;       // dioptres at the start of the first bin
-uniform float per_step;  // bins for each dioptre
+uniform float low_dioptres;  // at which the first bin begins
+uniform float bins_per_dioptre;
 layout(std430) buffer count_block { uint count_buf[DEPTH_BINS]; };
 
 // Counts one surface; dioptres outside all bins go into the first or the last.
 void count(float dioptres) {
-    atomicAdd(count_buf[clamp(int((dioptres - low) * per_step), 0, DEPTH_BINS - 1)], 1u);
+    atomicAdd(count_buf[clamp(int((dioptres - low_dioptres) * bins_per_dioptre), 0, DEPTH_BINS - 1)], 1u);
 }
 
 void main() {

@@ -9,7 +9,7 @@
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
-//   two lists     as fragments_find.comp.glsl leaves them: far rims in front, near rims in the back
+//   two lists     those of fragments_find.comp.glsl: first the far rims, second the near rims
 //   with LISTS: fragment lists, which know the far surface also behind its nearer neighbors
 // In and out; near rim pixels are only read, far rim pixels only written
 //   far_img       near rim, before: rgb own color, a OWN_FOUND if there is one (fragments_own.comp.glsl)
@@ -104,7 +104,7 @@ FarSide far_side(ivec2 at, float coc) {
 float nearest_around(ivec2 at, float coc) {
     float nearest = coc;
     for (int k = 0; k < 9; ++k) {
-        float other = coc_at(neighbour(at, k));
+        float other = coc_at(neighbor(at, k));
         if (is_in_front(other, coc)) nearest = min(nearest, other);
     }
     return nearest;
@@ -118,7 +118,7 @@ vec4 near_side(ivec2 at, float coc) {
     float weights = 0.0;
     int k = 0;
     do {
-        ivec2 p = neighbour(at, k);
+        ivec2 p = neighbor(at, k);
         float other = coc_at(p), kind = kind_at(p);
         if (!is_in_front(other, coc) || !is_same_surface(other, nearest)) continue;
         vec4 own = imageLoad(far_img, p);
@@ -136,7 +136,7 @@ vec4 near_side(ivec2 at, float coc) {
 float outline_coverage(ivec2 at, float coc) {
     float nearer = 0.0;
     for (int k = 0; k < 9; ++k)
-        if (is_in_front(coc_at(neighbour(at, k)), coc)) nearer += 0.5 * OUTLINE_WEIGHT[k];
+        if (is_in_front(coc_at(neighbor(at, k)), coc)) nearer += 0.5 * OUTLINE_WEIGHT[k];
     return nearer;
 }
 
@@ -162,4 +162,4 @@ void split_far(uint word) {
     imageStore(near_img, at, vec4(min(near.rgb, HALF_MAX), near.a));
 }
 
-void main() { FOR_EACH_IN_FRONT(split_far) }
+void main() { FOR_EACH_IN_FIRST(split_far) }

@@ -11,7 +11,7 @@
 //   with LISTS: fragment lists (lib/fragment_list.lib.glsl)
 // Outputs
 //   out_kind_img  r the kind of the pixel, see lib/kind.lib.glsl; with LISTS g a coc just in front of its list
-//   two lists     the front list receives the far rims, the back list the near rims (lib/two_lists.lib.glsl)
+//   two lists     the first list receives the far rims, the second one the near rims (lib/two_lists.lib.glsl)
 
 #include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
@@ -28,16 +28,16 @@ uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 layout(rg16f) uniform writeonly image2D out_kind_img;
 uniform bool is_measured;  // the lists hold the measured coverage of every silhouette
 
-// Returns those bits of `neighbours` whose pixels have all their surfaces in lists; all bits if this pixel has. The
+// Returns those bits of `neighbors` whose pixels have all their surfaces in lists; all bits if this pixel has. The
 // loop is a `do ... while`, which costs less on Mesa's llvmpipe (shaders/README.md).
-uint listed_of(ivec2 at, uint neighbours) {
-    if (is_measured || list_at(at).has_front) return neighbours;
+uint listed_of(ivec2 at, uint neighbors) {
+    if (is_measured || list_at(at).has_front) return neighbors;
     uint listed = 0u;
     do {
-        int k = findLSB(neighbours | 1u << 9);  // 9, a bit that no neighbor has, if none is left
-        listed |= uint(list_at(neighbour(at, k)).has_front) << k;
-        neighbours &= neighbours - 1u;
-    } while (neighbours != 0u);
+        int k = findLSB(neighbors | 1u << 9);  // 9, a bit that no neighbor has, if none is left
+        listed |= uint(list_at(neighbor(at, k)).has_front) << k;
+        neighbors &= neighbors - 1u;
+    } while (neighbors != 0u);
     return listed;
 }
 
@@ -53,7 +53,7 @@ void store(ivec2 at, float kind) {
 }
 #else
 layout(r16f) uniform writeonly image2D out_kind_img;
-uint listed_of(ivec2 at, uint neighbours) { return 0u; }  // without lists, no pixel is listed
+uint listed_of(ivec2 at, uint neighbors) { return 0u; }  // without lists, no pixel is listed
 void store(ivec2 at, float kind) { imageStore(out_kind_img, at, vec4(kind)); }
 #endif
 
@@ -64,7 +64,7 @@ void main() {
     float coc = coc_at(at);
     uint nearer = 0u, farther = 0u;  // bit k is set if neighbor k is in front of this pixel, or behind it
     for (int k = 0; k < 9; ++k) {
-        float other = coc_at(neighbour(at, k));
+        float other = coc_at(neighbor(at, k));
         nearer |= uint(is_in_front(other, coc)) << k;
         farther |= uint(is_in_front(coc, other)) << k;
     }

@@ -7,7 +7,7 @@
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
-//   two lists     as fragments_find.comp.glsl leaves them: far rims in front, near rims in the back
+//   two lists     those of fragments_find.comp.glsl: first the far rims, second the near rims
 //   with LISTS: fragment lists, which may know what shines through
 // In and out; far rim pixels are only read, near rim pixels read and written
 //   far_img       far rim, before: rgb of the far fragment (fragments_far.comp.glsl)
@@ -57,7 +57,7 @@ void split_near(uint word) {
     vec3 squares = vec3(0.0);
     float count = 0.0;
     for (int k = 0; k < 9; ++k) {
-        ivec2 p = neighbour(at, k);
+        ivec2 p = neighbor(at, k);
         float other = coc_at(p);
         if (!is_in_front(coc, other)) continue;
         vec3 color = far_color(p);
@@ -83,4 +83,4 @@ void split_near(uint word) {
     imageStore(near_img, at, vec4(vec3(0.0), far.a));
 }
 
-void main() { FOR_EACH_IN_BACK(split_near) }
+void main() { FOR_EACH_IN_SECOND(split_near) }

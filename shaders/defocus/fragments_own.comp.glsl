@@ -8,7 +8,7 @@
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
-//   two lists     as fragments_find.comp.glsl leaves them: far rims in front, near rims in the back
+//   two lists     those of fragments_find.comp.glsl: first the far rims, second the near rims
 //   with LISTS: fragment lists, which may know what lies behind
 // Outputs (near rim only; they hold until fragments_near.comp.glsl replaces them)
 //   out_far_img   rgb own color, a OWN_FOUND; a 0 if no color was found
@@ -56,4 +56,4 @@ void find_own(uint word) {
     imageStore(out_near_img, at, vec4(own - in_half, 0.0));
 }
 
-void main() { FOR_EACH_IN_BACK(find_own) }
+void main() { FOR_EACH_IN_SECOND(find_own) }

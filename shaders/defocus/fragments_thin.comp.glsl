@@ -32,7 +32,7 @@ void split_thin(ivec2 at) {
     vec3 x = color_at(at);
     float coc = coc_at(at), behind = coc;  // behind: coc of the surface behind the hair
     bool is_far = kind_at(at) == FAR_RIM;
-    for (int k = 0; k < 9 && !is_far; ++k) behind = max(behind, coc_at(neighbour(at, k)));
+    for (int k = 0; k < 9 && !is_far; ++k) behind = max(behind, coc_at(neighbor(at, k)));
     Mixture mixed = thin_mixture(at, behind, !is_far || is_beside_thin(at, coc));
     vec4 far, near;
     if (is_far) {

@@ -12,7 +12,7 @@
 // Outputs
 //   bits_buf       the masks, numbered as in lib/hidden.lib.glsl; before the pass the bits of all pixels in active
 //                  tiles are set (seen_bits_all.comp.glsl)
-//   two lists      front: the first hidden pixel of each block; back: the others that have a guess of their own
+//   two lists      first: the first hidden pixel of each block; second: the others that have a guess of their own
 //                  (lib/hidden_block.lib.glsl)
 //   out_cost_img   -1 in blocks with hidden pixels and in those beside them, one texel a block
 //   out_match_img  with MATCHED, the same
@@ -47,11 +47,11 @@ void clear_pixel(ivec2 at) {
 void clear_cost(ivec2 block, bool is_needed) {
     int i = 0;
     do {
-        ivec2 neighbour = neighbor_block(block, i);
+        ivec2 neighbor = neighbor_block(block, i);
         if (!is_needed) continue;
-        imageStore(out_cost_img, neighbour, vec4(-1.0));
+        imageStore(out_cost_img, neighbor, vec4(-1.0));
 #ifdef MATCHED
-        imageStore(out_match_img, neighbour, vec4(-1.0));
+        imageStore(out_match_img, neighbor, vec4(-1.0));
 #endif
     } while (is_needed && ++i < 9);
 }
@@ -71,8 +71,8 @@ uint hidden_in(ivec2 first) {
     return bits;
 }
 
-// True if all pixels around the block up to a distance of DEEP_PX are hidden, along rows and
-// columns.
+// True if all pixels around the block up to a distance of DEEP_PX are hidden, along rows and columns. `first` is the
+// first pixel of the block.
 bool is_surrounded(ivec2 first) {
     const int far = DEEP_PX + 1;
     return is_hidden(first - ivec2(DEEP_PX, 0)) && is_hidden(first + ivec2(far, 0)) &&

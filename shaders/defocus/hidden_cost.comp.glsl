@@ -9,7 +9,7 @@
 // Inputs
 //   layer_tx       rgb times coverage, a coverage, marked if hidden
 //   bits_buf       visible pixels (hidden_blocks.comp.glsl)
-//   two lists      front: the first hidden pixel of each block (hidden_blocks.comp.glsl)
+//   two lists      first: the first hidden pixel of each block (hidden_blocks.comp.glsl)
 // Output (one texel a block; only blocks with hidden pixels are written)
 //   out_cost_img   one channel a direction: mean squared difference of the ends in compressed color
 //                  (lib/tone.lib.glsl), -1 if not both ends exist or are near enough
@@ -47,9 +47,9 @@ float difference(ivec2 at, int k, ivec2 ends, int taps) {
     int tap = 0;
     do {
         vec4 a, b;
-        bool both = read_visible(at + (ends.x + tap) * DIRECTION[k], a);
-        both = read_visible(at - (ends.y + tap) * DIRECTION[k], b) && both;
-        if (!both || tap >= taps) continue;
+        bool are_visible = read_visible(at + (ends.x + tap) * DIRECTION[k], a);
+        are_visible = read_visible(at - (ends.y + tap) * DIRECTION[k], b) && are_visible;
+        if (!are_visible || tap >= taps) continue;
         float weight = tap == 0 ? 1.0 : TAP_WEIGHT;
         sum += weight * dot(a - b, a - b);
         weights += weight;
@@ -76,4 +76,4 @@ void compare_ends(uint listed) {
 #endif
 }
 
-void main() { FOR_EACH_IN_FRONT(compare_ends) }
+void main() { FOR_EACH_IN_FIRST(compare_ends) }

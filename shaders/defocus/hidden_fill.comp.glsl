@@ -122,9 +122,9 @@ vec3 match_at(ivec2 block) {
 float likeness_of(float cost) { return exp(-cost / (2.0 * ALIKE_VARIANCE)); }
 
 struct Guess {
-    float gap_px;   // distance to the nearest visible pixel
+    float gap_px;    // distance to the nearest visible pixel
     vec4 layer;      // rgb times coverage, a coverage
-    float diameter;
+    float diameter;  // |coc| in pixels
 };
 
 // Distance to the nearest end in pixels.
@@ -145,14 +145,14 @@ float difference_of(ivec2 ends[HIDDEN_DIRECTIONS], vec4 cost) {
     return 1.0 - smoothstep(0.0, ALIKE_TO, most_alike);
 }
 
-// Makes the guess for a pixel: the weighted mean of the ends of all directions. `beyond` tells that no end is near
-// enough, and then nothing is added; the loops end after one round, which costs less on a software rasterizer than a
-// branch (lib/seen_bits.lib.glsl).
+// Makes the guess for a pixel: the weighted mean of the ends of all directions. If no end is within reach, nothing is
+// added; the loops end after one round, which costs less on a software rasterizer than a branch
+// (lib/seen_bits.lib.glsl).
 void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     ivec2 ends[HIDDEN_DIRECTIONS];
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
-    bool beyond = is_beyond_reach(ends);
-    vec4 cost = mean_cost(at >> 1, !beyond);
+    bool is_in_reach = !is_beyond_reach(ends);
+    vec4 cost = mean_cost(at >> 1, is_in_reach);
     Content sum = Content(vec4(0.0), 0.0);
     // by_likeness: 1 if some direction has similar ends, 0 if none has, when likeness does not count.
     float weights = 0.0, unlike = difference_of(ends, cost), by_likeness = 1.0 - unlike;
@@ -166,9 +166,9 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
         float to_back = ahead_px / (ahead_px + back_px), smooth_px = has_both ? DULL_REACH * unlike * step_px : 0.0;
         Content end_ahead = end_at(at + ends[k].x * DIRECTION[k], DIRECTION[k], step_px, smooth_px * ahead_px, size);
         Content end_back = end_at(at - ends[k].y * DIRECTION[k], -DIRECTION[k], step_px, smooth_px * back_px, size);
-        if (!beyond && ahead_px > 0.0) add(sum, weights, has_both ? weight * (1.0 - to_back) : weight, end_ahead);
-        if (!beyond && back_px > 0.0) add(sum, weights, has_both ? weight * to_back : weight, end_back);
-    } while (!beyond && ++k < HIDDEN_DIRECTIONS);
+        if (is_in_reach && ahead_px > 0.0) add(sum, weights, has_both ? weight * (1.0 - to_back) : weight, end_ahead);
+        if (is_in_reach && back_px > 0.0) add(sum, weights, has_both ? weight * to_back : weight, end_back);
+    } while (is_in_reach && ++k < HIDDEN_DIRECTIONS);
     guess = Guess(nearest_of(ends), vec4(0.0), 0.0);
     if (weights == 0.0) {    // no pixel of this layer is visible near enough in any direction
         guess.gap_px = 0.0;  // lists are used alone
@@ -179,7 +179,7 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     guess = Guess(guess.gap_px, vec4(undim(sum.layer.rgb * per_cover) * cover, cover), sum.diameter * per_cover);
 }
 
-// Writes a pixel: the guess, mixed with what is known of the pixel itself.
+// Writes a pixel: the guess, mixed with what is known of the pixel itself (own).
 void fill_pixel(ivec2 at, Guess guess) {
     vec4 own = imageLoad(layer_img, at);
     vec2 state = imageLoad(state_img, at).rg;
@@ -190,13 +190,13 @@ void fill_pixel(ivec2 at, Guess guess) {
 #ifdef MATCHED
     own.rgb *= mix(vec3(1.0), match_at(at >> 1), listed.r / max(listed.r + known, 1e-6));
 #endif
-    // 0 where the lens can see the listed surface, 1 so far behind the silhouette that it cannot.
-    float beyond = smoothstep(LISTED_FROM * listed.g, LISTED_TO * listed.g + 1.0, guess.gap_px);
-    known = min(known + listed.r * (1.0 - beyond), 1.0);
+    // out_of_sight: 0 where the lens can see the listed surface, 1 so far behind the silhouette that it cannot.
+    float out_of_sight = smoothstep(LISTED_FROM * listed.g, LISTED_TO * listed.g + 1.0, guess.gap_px);
+    known = min(known + listed.r * (1.0 - out_of_sight), 1.0);
 #endif
     vec4 layer = mix(guess.layer, own, known);
-    float own_part = known * own.a, guess_part = (1.0 - known) * guess.layer.a;
-    float diameter = (own_part * state.r + guess_part * guess.diameter) / max(own_part + guess_part, 1e-6);
+    float own_weight = known * own.a, guess_weight = (1.0 - known) * guess.layer.a;
+    float diameter = (own_weight * state.r + guess_weight * guess.diameter) / max(own_weight + guess_weight, 1e-6);
     float content = mix(solidity(guess.layer.a), state.g, known);
     imageStore(layer_img, at, layer);
     imageStore(state_img, at, vec4(diameter, content, 0.0, 0.0));

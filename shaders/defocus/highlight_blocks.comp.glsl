@@ -24,7 +24,7 @@ layout(std430) writeonly buffer plan_block { Plan plan; };
 // Clears the sums of a row of blocks; the first row clears those of the plan too.
 void empty_sums(ivec2 block, ivec2 blocks) {
     for (int level = 0; level < HIGHLIGHT_LEVELS; ++level) {
-        row_buf[row_of(level, block.y, blocks)] = 0u;
+        row_buf[row_index(level, block.y, blocks)] = 0u;
         if (block.y > 0) continue;
         plan.sprites[level] = 0u;
         plan.area[level] = 0u;
@@ -42,5 +42,5 @@ void main() {
         list_append(block);
         return;
     }
-    for (int level = 0; level < HIGHLIGHT_LEVELS; ++level) tally_buf[tally_of(level, block, blocks)] = 0u;
+    for (int level = 0; level < HIGHLIGHT_LEVELS; ++level) tally_buf[tally_index(level, block, blocks)] = 0u;
 }

@@ -47,14 +47,14 @@ out vec4 out_light;
 // A ray is tested in at most STEPS steps, of at least STEP_PX pixels each.
 #define STEPS 16
 #define STEP_PX 0.5
-// A surface nearer by less than MARGIN_PX, or less than MARGIN_PART of the highlight's coc, belongs to
+// A surface nearer by less than MARGIN_PX, or less than MARGIN_SHARE of the highlight's coc, belongs to
 // the highlight.
 #define MARGIN_PX 2.0
-#define MARGIN_PART 0.1
-// The refined lookup must meet the same surface: a coc within SAME_COC_PX, or within SAME_COC_PART of
+#define MARGIN_SHARE 0.1
+// The refined lookup must meet the same surface: a coc within SAME_COC_PX, or within SAME_COC_SHARE of
 // the difference to the highlight.
 #define SAME_COC_PX 1.0
-#define SAME_COC_PART 0.25
+#define SAME_COC_SHARE 0.25
 
 // Of the four pixels around a position: the coordinates to gather them at, their coc, the least of these, and their
 // bilinear weights, in the order of textureGather. GPUs round the gather position; the corner shared by the four texels
@@ -79,17 +79,17 @@ ivec2 inside(vec2 at) { return clamp(ivec2(floor(at)), ivec2(0), textureSize(kin
 
 // The ray from a point of the lens to a highlight.
 struct Ray {
-    vec2 centre, per_px;  // position of the highlight, and movement of the ray for each pixel of coc
+    vec2 center, per_px;  // position of the highlight, and movement of the ray for each pixel of coc
     float coc;            // coc of the highlight
     float start;          // largest coc of a surface that hides the highlight; tests go from there to nearer ones
     float step_px;        // difference in coc between two tests for surfaces
 };
 
 // Position at which the ray crosses the depth of a coc.
-vec2 crossing(Ray ray, float coc) { return ray.centre + ray.per_px * (ray.coc - coc); }
+vec2 crossing(Ray ray, float coc) { return ray.center + ray.per_px * (ray.coc - coc); }
 
 // Difference in coc up to which a surface is the same as one met at the coc `met`.
-float same_px(Ray ray, float met) { return max(SAME_COC_PX, SAME_COC_PART * (ray.coc - met)); }
+float same_px(Ray ray, float met) { return max(SAME_COC_PX, SAME_COC_SHARE * (ray.coc - met)); }
 
 // The coc in the middle of a step.
 float level_at(Ray ray, int step) { return ray.start - (float(step) + 0.5) * ray.step_px; }
@@ -102,10 +102,10 @@ vec4 hits_around(Ray ray, vec2 at, float met) {
 #ifdef LISTS
 vec4 kinds_around(vec2 at) { return textureGather(kind_tx, gather_position(at)); }
 
-// Returns the shares of the four surrounding pixels that listed surfaces with a coc from `low` to
-// `high` cover; 0 without a search if `is_needed` is false. If `in_front`, a pixel whose list does
-// not begin with the visible surface is covered.
-vec4 covers_around(vec2 at, float low, float high, bool in_front, bool is_needed) {
+// Returns the shares of the four surrounding pixels that listed surfaces with a coc from `low` to `high` cover; 0
+// without a search if `is_needed` is false. If `includes_visible`, the visible surface counts too: it covers a pixel
+// whose list does not begin with it.
+vec4 covers_around(vec2 at, float low, float high, bool includes_visible, bool is_needed) {
     ivec2 first = ivec2(floor(at - 0.5)), last = textureSize(coc_tx, 0) - 1;
     vec4 uncovered = vec4(1.0);  // of each of the four pixels
     int pixel = 0;  // in the order of textureGather
@@ -114,7 +114,7 @@ vec4 covers_around(vec2 at, float low, float high, bool in_front, bool is_needed
         List list = list_at(clamp(first + ivec2(pixel == 1 || pixel == 2, pixel < 2), ivec2(0), last));
         uint i = list.first + passed++;
         Fragment fragment = fragment_of(min(i, max(list.end, 1u) - 1u));
-        bool is_listed_pixel = list.has_front || !in_front;
+        bool is_listed_pixel = list.has_front || !includes_visible;
         bool is_reached = is_listed_pixel && i < list.end && fragment.coc <= high;
         float covered = is_reached && fragment.coc >= low ? fragment.cover : is_listed_pixel ? 0.0 : 1.0;
         uncovered *= 1.0 - covered * vec4(equal(ivec4(0, 1, 2, 3), ivec4(pixel)));
@@ -126,19 +126,19 @@ vec4 covers_around(vec2 at, float low, float high, bool in_front, bool is_needed
     return 1.0 - uncovered;
 }
 
-// Share of the highlight that is hidden at the steps `listed` (bits) by listed surfaces, which may
-// be behind a nearer visible one, and at the steps `mixed` by pixels that show several surfaces.
-float hidden_by_lists(Ray ray, uint listed, uint mixed) {
+// Share of the highlight that is hidden at the steps `listed_steps` (bits) by listed surfaces, which may be behind a
+// nearer visible one, and at the steps `mixed_steps` by pixels that show several surfaces.
+float hidden_by_lists(Ray ray, uint listed_steps, uint mixed_steps) {
     float hidden = 0.0;
     uint passed = 0u;  // fragments of this step already looked at; one flat loop goes over all steps and fragments
-    while ((listed | mixed) != 0u && hidden < 1.0) {
-        bool is_listed = listed != 0u;  // the listed steps are examined first, then the mixed ones
-        float level = level_at(ray, findLSB(is_listed ? listed : mixed));
+    while ((listed_steps | mixed_steps) != 0u && hidden < 1.0) {
+        bool is_listed = listed_steps != 0u;  // the listed steps are examined first, then the mixed ones
+        float level = level_at(ray, findLSB(is_listed ? listed_steps : mixed_steps));
         List list = list_at(inside(crossing(ray, level)));
         uint i = list.first + passed++;
         float coc = fragment_of(min(i, max(list.end, 1u) - 1u)).coc;
         bool is_reached = is_listed && i < list.end && coc < ray.start && coc <= level + ray.step_px;
-        bool is_needed = is_listed ? is_reached && coc >= level - ray.step_px : mixed != 0u;
+        bool is_needed = is_listed ? is_reached && coc >= level - ray.step_px : mixed_steps != 0u;
         float met = is_listed ? coc : least_around(crossing(ray, level)), same = same_px(ray, met);
         vec2 at = crossing(ray, met);
         float low = is_listed ? met - same : -1e30, high = is_listed ? met + same : ray.start;
@@ -146,8 +146,8 @@ float hidden_by_lists(Ray ray, uint listed, uint mixed) {
         vec4 hits = is_listed ? vec4(1.0) : hits_around(ray, at, met);
         if (is_needed) hidden = max(hidden, dot(hits * covers, weights_around(at)));
         if (!is_reached || i + 1u == list.end) {
-            if (is_listed) listed &= listed - 1u;
-            else mixed &= mixed - 1u;
+            if (is_listed) listed_steps &= listed_steps - 1u;
+            else mixed_steps &= mixed_steps - 1u;
             passed = 0u;
         }
     }
@@ -155,17 +155,18 @@ float hidden_by_lists(Ray ray, uint listed, uint mixed) {
 }
 #endif
 
-// Share of the highlight hidden from this point of the lens, 0..1: smooth across an occluder's edge.
-// Steps that meet a surface are collected as bits and examined in a second loop, because a software
-// rasterizer runs the whole body of a loop as soon as one of its invocations needs part of it.
-float hidden_part(vec2 at, vec2 centre, float coc) {
-    float start = coc - max(MARGIN_PX, MARGIN_PART * abs(coc));
-    vec2 per_px = (at - centre) / coc;
+// Share of the highlight hidden from the point of the lens that the pixel `at` stands for, 0..1: smooth across an
+// occluder's edge. The highlight is at `center` and has this coc. Steps that meet a surface are collected as bits and
+// examined in a second loop, because a software rasterizer runs the whole body of a loop as soon as one of its
+// invocations needs part of it.
+float hidden_share(vec2 at, vec2 center, float coc) {
+    float start = coc - max(MARGIN_PX, MARGIN_SHARE * abs(coc));
+    vec2 per_px = (at - center) / coc;
     int steps = clamp(int(ceil(length(per_px) * (start - nearest_px) / STEP_PX)), 1, STEPS);
-    Ray ray = Ray(centre, per_px, coc, start, (start - nearest_px) / float(steps));
+    Ray ray = Ray(center, per_px, coc, start, (start - nearest_px) / float(steps));
     float hidden = 0.0;
     // Bit k is set if step k meets a visible surface, may meet listed ones, or meets a pixel with several surfaces.
-    uint shown = 0u, listed = 0u, mixed = 0u;
+    uint visible_steps = 0u, listed_steps = 0u, mixed_steps = 0u;
     bool is_inside = ray.step_px > 0.0;
     int k = 0;
     // First loop: find the steps that meet something.
@@ -174,29 +175,29 @@ float hidden_part(vec2 at, vec2 centre, float coc) {
         vec2 crossed = crossing(ray, level);
         is_inside = is_inside && !is_outside(crossed) && level + ray.step_px >= may_meet_px;
         float met = least_around(crossed);
-        if (is_inside && met < start && abs(met - level) <= ray.step_px) shown |= 1u << k;
+        if (is_inside && met < start && abs(met - level) <= ray.step_px) visible_steps |= 1u << k;
 #ifdef LISTS
         float first = texelFetch(kind_tx, inside(crossed), 0).g;
-        if (is_inside && first < min(start, level + ray.step_px)) listed |= 1u << k;
+        if (is_inside && first < min(start, level + ray.step_px)) listed_steps |= 1u << k;
 #endif
     } while (is_inside && ++k < steps);
     // Second loop: examine the steps with a visible surface, at the position where the ray crosses its depth.
     do {
-        float met = least_around(crossing(ray, level_at(ray, findLSB(shown))));
+        float met = least_around(crossing(ray, level_at(ray, findLSB(visible_steps))));
         vec2 crossed = crossing(ray, met);
         float hit = dot(hits_around(ray, crossed, met), weights_around(crossed));
-        uint step = shown & -shown;  // the lowest bit; 0 in the one round without any
+        uint step_bit = visible_steps & -visible_steps;  // the lowest bit; 0 in the one round without any
 #ifdef LISTS
         if (any(equal(kinds_around(crossed), vec4(LISTED)))) {
-            mixed |= step;
+            mixed_steps |= step_bit;
             hit = 0.0;
         }
 #endif
-        if (step != 0u) hidden = max(hidden, hit);
-        shown ^= step;
-    } while (shown != 0u && hidden < 1.0);
+        if (step_bit != 0u) hidden = max(hidden, hit);
+        visible_steps ^= step_bit;
+    } while (visible_steps != 0u && hidden < 1.0);
 #ifdef LISTS
-    hidden = max(hidden, hidden_by_lists(ray, listed, mixed));
+    hidden = max(hidden, hidden_by_lists(ray, listed_steps, mixed_steps));
 #endif
     return hidden;
 }
@@ -229,12 +230,12 @@ float cutout_cover(ivec2 at, float coc) {
 
 void main() {
     float coc = disc.z, ramp = disc.w;
-    // hidden_part divides by the coc.
+    // hidden_share divides by the coc.
     if (abs(coc) < 1e-3) coc = 1e-3;
     Cover inside = pixel_coverage(gl_FragCoord.xy - disc.xy, 0.5 * coc, ramp, disc.xy);
     if (most_of(inside) > 0.0) inside *= 1.0 - cutout_cover(ivec2(gl_FragCoord.xy), coc);
     if (most_of(inside) > 0.0) inside *= visible_share_at(ivec2(gl_FragCoord.xy), coc);
-    if (most_of(inside) > 0.0) inside *= 1.0 - hidden_part(gl_FragCoord.xy, disc.xy, coc);
+    if (most_of(inside) > 0.0) inside *= 1.0 - hidden_share(gl_FragCoord.xy, disc.xy, coc);
     if (most_of(inside) == 0.0) discard;
     out_light = vec4(inside * light, 0.0);
 }

@@ -22,17 +22,17 @@ flat out float may_meet_px;  // least signed coc
 
 uniform sampler2D nearest_tx;  // from tile_layers.comp.glsl
 uniform float nearest_px;      // least coc of the picture
-uniform vec2 rows;             // first and last row of the band that is drawn
+uniform vec2 rows;             // first row of the band that is drawn, and the row after its last
 
 #define TILES_MOST 24  // largest number of tiles to read in a row
 #define LOOKUP_PX 2.0  // added to the reach, because the fragment shader reads groups of 2 x 2 pixels
 
 // Least signed coc of the tiles within `reach` of a position; that of the picture if there are too
 // many.
-float nearest_within(vec2 centre, vec2 reach) {
+float nearest_within(vec2 center, vec2 reach) {
     ivec2 last_tile = textureSize(nearest_tx, 0) - 1;
-    ivec2 first = clamp(ivec2(floor((centre - reach) / float(TILE))), ivec2(0), last_tile);
-    ivec2 last = clamp(ivec2(floor((centre + reach) / float(TILE))), ivec2(0), last_tile);
+    ivec2 first = clamp(ivec2(floor((center - reach) / float(TILE))), ivec2(0), last_tile);
+    ivec2 last = clamp(ivec2(floor((center + reach) / float(TILE))), ivec2(0), last_tile);
     if (any(greaterThan(last - first, ivec2(TILES_MOST)))) return nearest_px;
     float nearest = 1e30;
     for (int y = first.y; y <= last.y; ++y)

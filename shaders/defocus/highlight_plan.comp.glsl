@@ -49,14 +49,14 @@ void main() {
     barrier();
     uint sprites = 0u;
     // The sums of each invocation's rows, then of all rows before them.
-    for (int row = first; row < last; ++row) sprites += row_buf[row_of(level_sh, row, blocks)];
+    for (int row = first; row < last; ++row) sprites += row_buf[row_index(level_sh, row, blocks)];
     sprites_sh[worker] = sprites;
     barrier();
     uint sprites_before = 0u;
     for (int i = 0; i < worker; ++i) sprites_before += sprites_sh[i];
     for (int row = first; row < last; ++row) {
-        uint row_sprites = row_buf[row_of(level_sh, row, blocks)];
-        row_buf[row_of(level_sh, row, blocks)] = sprites_before;
+        uint row_sprites = row_buf[row_index(level_sh, row, blocks)];
+        row_buf[row_index(level_sh, row, blocks)] = sprites_before;
         sprites_before += row_sprites;
     }
 }

@@ -39,7 +39,7 @@ layout(std430) readonly buffer plan_block { Plan plan; };
 bool is_drawn(ivec2 at) {
     if (plan.level == uint(HIGHLIGHT_LEVELS)) return false;
     ivec2 blocks = (textureSize(high_tx, 0) + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
-    return tally_buf[tally_of(int(plan.level), at / HIGHLIGHT_BLOCK, blocks)] > 0u;
+    return tally_buf[tally_index(int(plan.level), at / HIGHLIGHT_BLOCK, blocks)] > 0u;
 }
 
 void main() {

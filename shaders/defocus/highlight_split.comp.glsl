@@ -46,13 +46,13 @@ layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 uniform bool has_positions;  // the positions of lights in their pixels are known (highlight_sprites.comp.glsl)
 #define KNOWN_POSITION_SCALE 0.4    // factor on both diameters then: discs are accurate from smaller sizes on
 
-// Share of a highlight that is drawn as a disc of this diameter, 0 to 1.
-float drawn_part(float diameter) {
+// Share of a highlight that is drawn as a disc if its disc has this diameter, 0 to 1; the rest is diffused.
+float disc_share(float diameter) {
     float scale = has_positions ? KNOWN_POSITION_SCALE : 1.0;
     return smoothstep(scale * LEAST_COC_PX, scale * WHOLE_COC_PX, diameter);
 }
 #else
-float drawn_part(float diameter) { return smoothstep(LEAST_COC_PX, WHOLE_COC_PX, diameter); }
+float disc_share(float diameter) { return smoothstep(LEAST_COC_PX, WHOLE_COC_PX, diameter); }
 #endif
 
 // Coc at which the highlight of a pixel is drawn. The mixed rim of a highlight has the depth of its neighbor, and so
@@ -73,10 +73,10 @@ float highlight_coc(ivec2 at, bool is_searched) {
 }
 
 #ifdef LISTS
-// A surface hides a light in highlight_draw.frag.glsl if it is nearer by MARGIN_PX of coc, and by
-// the share MARGIN_PART of the coc of the light.
+// A surface hides a light in highlight_draw.frag.glsl if it is nearer by MARGIN_PX of coc, and by the share
+// MARGIN_SHARE of the coc of the light.
 #define MARGIN_PX 2.0
-#define MARGIN_PART 0.1
+#define MARGIN_SHARE 0.1
 #define HIDDEN 0.02       // visible share of the pixel below which a fragment's light is drawn or lost
 
 // Copies a fragment with another color; its coverage and dioptres stay.
@@ -88,39 +88,41 @@ void store_fragment(uint number, vec3 color) {
     low_fragment_buf[at + 2u] = fragment_buf[at + 2u];
 }
 
-// Share of a fragment's light that fragments within the margin in front of it let through. Drawing
-// ignores these (highlight_draw.frag.glsl): every ray to the lens passes them close to the light,
-// and so they cover the same share of the disc as of the pixel.
-float transmission_past(List list, uint number, float margin_coc) {
+// Share of a fragment's light that the fragments closely in front of it let through, which have a coc of `nearest_coc`
+// or more. Drawing ignores these (highlight_draw.frag.glsl): every ray to the lens passes them close to the light, and
+// so they cover the same share of the disc as of the pixel.
+float transmission_past(List list, uint number, float nearest_coc) {
     float transmitted = 1.0;
     for (uint i = list.first; i < number; ++i) {
         Fragment fragment = fragment_of(i);
-        if (fragment.coc >= margin_coc) transmitted *= 1.0 - fragment.cover;
+        if (fragment.coc >= nearest_coc) transmitted *= 1.0 - fragment.cover;
     }
     return transmitted;
 }
 
 // Takes the brightest light of the list that can be drawn into `high` (rgb light, a coc), and stores the list without
-// its highlights. `front_coc` is that of the visible surface, `around` and `surface` are the luminance of the
-// surroundings and their degree of being a bright surface.
+// its highlights. `high` may have a highlight of the visible surface already, which stays. `front_coc` is the coc of
+// the visible surface, `around` and `surface` are the luminance of the surroundings and their degree of being a bright
+// surface.
 void split_list(ivec2 at, float front_coc, float around, float surface, inout vec4 high) {
     List list = list_at(at);
-    if (list.has_front) high.rgb = vec3(0.0);
-    bool is_free = mean_of(high.rgb) == 0.0;
+    if (list.has_front) high.rgb = vec3(0.0);  // the list has the visible surface's highlight too
+    bool may_draw = mean_of(high.rgb) == 0.0;  // a pixel draws one highlight; a visible one keeps those behind out
     if (texelFetch(luminance_tx, at >> 1, 0).a <= limit_of(around)) list.end = list.first;  // nothing is bright
     float uncovered = list.has_front ? 1.0 : 0.0;  // share of the pixel not covered by the fragments so far
     for (uint i = list.first; i < list.end; ++i) {
         Fragment fragment = fragment_of(i);
-        // over: share of the fragment's light that is a highlight and would be drawn.
-        float over = drawn_part(abs(fragment.coc)) * (1.0 - surface) * highlight_share(fragment.color, around);
-        float margin = max(MARGIN_PX, MARGIN_PART * abs(fragment.coc));
-        vec3 light = over * fragment.color, drawn = fragment.cover * light;
-        if (over > 0.0) drawn *= transmission_past(list, i, fragment.coc - margin);
+        // Share of the fragment's light that is a highlight and would be drawn.
+        float high_share = disc_share(abs(fragment.coc)) * (1.0 - surface) * highlight_share(fragment.color, around);
+        float margin = max(MARGIN_PX, MARGIN_SHARE * abs(fragment.coc));
+        vec3 light = high_share * fragment.color, drawn_light = fragment.cover * light;
+        if (high_share > 0.0) drawn_light *= transmission_past(list, i, fragment.coc - margin);
         bool is_front = list.has_front && i == list.first, is_hidden = uncovered < HIDDEN;
+        // Closer behind the visible surface than the margin, a light would be drawn as if nothing hid it.
         bool is_apart = is_front || fragment.coc - front_coc > margin;
-        bool is_drawn = is_free && is_apart && mean_of(drawn) > mean_of(high.rgb);
-        if (is_drawn) high = vec4(drawn, fragment.coc);
-        if (is_drawn && !is_hidden) is_free = false;
+        bool is_drawn = may_draw && is_apart && mean_of(drawn_light) > mean_of(high.rgb);
+        if (is_drawn) high = vec4(drawn_light, fragment.coc);
+        if (is_drawn && !is_hidden) may_draw = false;
         store_fragment(i, is_drawn || is_hidden ? fragment.color - light : fragment.color);
         uncovered *= 1.0 - fragment.cover;
     }
@@ -133,16 +135,16 @@ void main() {
     vec4 x = texelFetch(color_tx, at, 0);
     float coc = texelFetch(coc_tx, at, 0).r;
     vec4 surroundings = texelFetch(surroundings_tx, at >> 1, 0);
-    // over: share of the pixel's light that is removed and drawn.
+    // high_share: share of the pixel's light that is removed and drawn.
     float around = surroundings.r, surface = surface_of(surroundings.b);
-    float over = (1.0 - surface) * highlight_share(x.rgb, around), lamp_coc = coc;
-    float brightest_coc = highlight_coc(at, over > 0.0);
-    if (over > 0.0) {
+    float high_share = (1.0 - surface) * highlight_share(x.rgb, around), lamp_coc = coc;
+    float brightest_coc = highlight_coc(at, high_share > 0.0);
+    if (high_share > 0.0) {
         lamp_coc = brightest_coc;
-        over *= drawn_part(max(abs(coc), abs(lamp_coc)));
+        high_share *= disc_share(max(abs(coc), abs(lamp_coc)));
     }
-    vec4 high = vec4(over * x.rgb, lamp_coc);
-    imageStore(out_low_img, at, vec4(x.rgb - over * x.rgb, x.a));
+    vec4 high = vec4(high_share * x.rgb, lamp_coc);
+    imageStore(out_low_img, at, vec4(x.rgb - high_share * x.rgb, x.a));
 #ifdef LISTS
     split_list(at, coc, max(surroundings.g, around), surface, high);
 #endif

@@ -49,10 +49,10 @@ layout(std430) readonly buffer plan_block { Plan plan; };
 layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #endif
 
-// Pixels belong to one highlight if their coc differ by at most SAME_COC_PX, or SAME_COC_PART of
+// Pixels belong to one highlight if their coc differ by at most SAME_COC_PX, or SAME_COC_SHARE of
 // the coc.
 #define SAME_COC_PX 0.5
-#define SAME_COC_PART 0.05
+#define SAME_COC_SHARE 0.05
 #define RIM_OFFSET 0.3    // 1/2 for a straight rim; less suits the corners of small highlights as well
 #define OFFSET_FROM_PX 0.25  // coc from which the light's position in its pixel moves the disc
 #define OFFSET_FULL_PX 2.0        // coc from which it does so in full
@@ -94,10 +94,10 @@ vec2 light_offset(ivec2 at, float coc_px) {
     float own = sum_of(high_at(at).rgb), most = own;
     vec2 towards = vec2(0.0);
     for (int k = 0; k < 9; ++k) {
-        ivec2 neighbour_offset = ivec2(k % 3, k / 3) - 1;
-        float neighbour_light = sum_of(high_at(at + neighbour_offset).rgb);
-        most = max(most, neighbour_light);
-        towards += neighbour_light * vec2(neighbour_offset);
+        ivec2 neighbor_offset = ivec2(k % 3, k / 3) - 1;
+        float neighbor_light = sum_of(high_at(at + neighbor_offset).rgb);
+        most = max(most, neighbor_light);
+        towards += neighbor_light * vec2(neighbor_offset);
     }
     float steepest = max(abs(towards.x), abs(towards.y));
     if (steepest == 0.0) return vec2(0.0);
@@ -128,21 +128,21 @@ int brightest(ivec2 block_corner, int side) {
 
 // The sum of the coverage of all pixels by a disc, which the highlight's light is divided by. `ramp` is half the width
 // of the disc's soft rim in pixels.
-Cover pixels_covered(vec2 centre, float radius, float ramp) {
+Cover pixels_covered(vec2 center, float radius, float ramp) {
     vec2 reach = aperture_reach(radius, ramp);
-    if (aperture_least_reach(radius, ramp) > NUMERIC_PX) return aperture_light(radius, ramp, centre);
+    if (aperture_least_reach(radius, ramp) > NUMERIC_PX) return aperture_light(radius, ramp, center);
     Cover sum = Cover(0.0);
-    ivec2 first = ivec2(floor(centre - reach)), last = ivec2(floor(centre + reach));
+    ivec2 first = ivec2(floor(center - reach)), last = ivec2(floor(center + reach));
     for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x)
-            sum += pixel_coverage(vec2(x, y) + 0.5 - centre, radius, ramp, centre);
+            sum += pixel_coverage(vec2(x, y) + 0.5 - center, radius, ramp, center);
     return sum;
 }
 
 // Merges all highlights in a square of the block that are not merged yet and share the coc of pixel `top` into one
 // sprite. Its center is the mean position, weighted by energy.
 Sprite merge_around(ivec2 block_corner, int side, int top) {
-    float limit = max(SAME_COC_PX, SAME_COC_PART * abs(coc[top]));
+    float limit = max(SAME_COC_PX, SAME_COC_SHARE * abs(coc[top]));
     vec3 light = vec3(0.0);
     vec2 moment = vec2(0.0);
     float weight = 0.0, moment_2 = 0.0;
@@ -160,15 +160,15 @@ Sprite merge_around(ivec2 block_corner, int side, int top) {
         moment += energy[i] * position;
         moment_2 += energy[i] * (dot(position, position) + 2.0 * known.z);
     }
-    vec2 centre = moment / weight;
+    vec2 center = moment / weight;
     // The disc of several highlights has a soft rim: as wide as the group of them, at least a pixel. A pixel's own
     // variance along an axis is 1/12, and a linear ramp of half the width `ramp` has ramp^2 / 3.
-    float variance = max(0.5 * (moment_2 / weight - dot(centre, centre)), 0.0);
+    float variance = max(0.5 * (moment_2 / weight - dot(center, center)), 0.0);
     float ramp = sqrt(3.0 * (1.0 / 12.0 + variance));
-    centre += vec2(corner);
+    center += vec2(corner);
     float radius = 0.5 * coc[top];
-    Cover covered = pixels_covered(centre, radius, ramp);
-    return Sprite(vec4(centre, coc[top], ramp), vec4(light / max(covered, 1e-6), 0.0));
+    Cover covered = pixels_covered(center, radius, ramp);
+    return Sprite(vec4(center, coc[top], ramp), vec4(light / max(covered, 1e-6), 0.0));
 }
 
 // Number of pixels touched by drawing a sprite.
@@ -219,18 +219,18 @@ uint make_sprites(int level, uint offset, out float area) {
 // invocation that exceeds the allowed area marks the level as too large, before the sum can
 // overflow.
 void tally(int level, ivec2 block, ivec2 blocks, uint sprites, float area) {
-    tally_buf[tally_of(level, block, blocks)] = sprites;
+    tally_buf[tally_index(level, block, blocks)] = sprites;
     if (sprites == 0u) return;
-    atomicAdd(row_buf[row_of(level, block.y, blocks)], sprites);
+    atomicAdd(row_buf[row_index(level, block.y, blocks)], sprites);
     atomicAdd(plan.sprites[level], sprites);
-    uint parts = uint(ceil(min(area / area_max, 1.0) * float(AREA_PARTS)));
-    if (atomicAdd(plan.area[level], parts) + parts > AREA_PARTS) atomicOr(plan.too_large, 1u << level);
+    uint units = uint(ceil(min(area / area_max, 1.0) * float(AREA_UNITS)));
+    if (atomicAdd(plan.area[level], units) + units > AREA_UNITS) atomicOr(plan.too_large, 1u << level);
 }
 #else
 // Number of sprites of all blocks before this one, row by row.
 uint sprites_before(ivec2 block, ivec2 blocks, int level) {
-    uint before = row_buf[row_of(level, block.y, blocks)];
-    for (int x = 0; x < block.x; ++x) before += tally_buf[tally_of(level, ivec2(x, block.y), blocks)];
+    uint before = row_buf[row_index(level, block.y, blocks)];
+    for (int x = 0; x < block.x; ++x) before += tally_buf[tally_index(level, ivec2(x, block.y), blocks)];
     return before;
 }
 #endif

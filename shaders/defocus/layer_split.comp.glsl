@@ -92,10 +92,11 @@ Content near_rim_of(vec3 x, float coc, vec4 clean, float coc_through, float visi
 }
 
 #define VISIBLE_ENOUGH 0.25  // share of visible picture pixels from which no guess is needed
+#define LEAST_SOLID 1e-6     // added to solid as the weight of a diameter: without content there is a diameter too
 
 struct Sum {
     vec4 layer;      // rgb times coverage, a coverage, times the known share
-    float diameter;  // times solid, times known
+    float diameter;  // times solid + LEAST_SOLID, times known
     float solid;     // times known
     float known;
     float count;     // picture pixels added
@@ -115,7 +116,7 @@ struct Sum {
 float slope_at(ivec2 at, float coc) {
     float slope = 0.0;
     for (int k = 1; k < 9; k += 2) {
-        float other = coc_at(neighbour(at, k));
+        float other = coc_at(neighbor(at, k));
         if (is_same_surface(coc, other)) slope = max(slope, abs(other - coc));
     }
     return slope;
@@ -133,10 +134,9 @@ float beyond_seam(ivec2 at, float coc) {
 // Adds the share `known` of a pixel, of which the share `seen` is open to view. The rest is added as listed: a lens
 // uncovers it only near a silhouette, deeper if the blurs differ more (`behind_coc` is the difference in coc).
 void add_known(inout Sum sum, Content content, float cover, float known, float seen, float behind_coc) {
-    // 1e-6: gives a diameter also to a pixel without content of the layer.
     float solid = known * content.solid, listed = known - min(seen, known);
     sum.layer += known * cover * vec4(content.color, 1.0);
-    sum.diameter += (solid + 1e-6 * known) * content.diameter;
+    sum.diameter += (solid + LEAST_SOLID * known) * content.diameter;
     sum.solid += solid;
     sum.known += known;
     sum.listed += listed;
@@ -163,8 +163,8 @@ void add_list(inout Sum sum, List list, float front_coc, float seen, float unkno
         float in_view = visibility(fragment.coc);
         Content content = whole_of(fragment.color, fragment.coc, max(in_view, THIN));
         float cover = is_farthest ? 1.0 : clamp(content.cover, 0.0, 1.0);
-        float part = remaining_cover(fragment.cover, in_view), known = unknown * part;
-        add_known(sum, content, cover, known, seen * part, fragment.coc - front_coc);
+        float rest_cover = remaining_cover(fragment.cover, in_view), known = unknown * rest_cover;
+        add_known(sum, content, cover, known, seen * rest_cover, fragment.coc - front_coc);
         unknown -= known;
         seen *= 1.0 - fragment.cover;
     }
@@ -202,7 +202,7 @@ void add_pixel(inout Sum sum, ivec2 at) {
 #endif
     float solid = known * content.solid;
     sum.layer += known * cover * vec4(content.color, 1.0);
-    sum.diameter += (solid + 1e-6 * known) * content.diameter;
+    sum.diameter += (solid + LEAST_SOLID * known) * content.diameter;
     sum.solid += solid;
     sum.known += known;
     sum.count += 1.0;
@@ -230,7 +230,7 @@ void store(ivec2 at, Sum sum) {
     bool hidden = known < 1.0;
     if (hidden) list_append(at);
     vec4 layer = sum.layer * of_known;
-    float diameter = sum.diameter / max(sum.solid + 1e-6 * sum.known, 1e-18) / float(reduction);
+    float diameter = sum.diameter / max(sum.solid + LEAST_SOLID * sum.known, 1e-18) / float(reduction);
     imageStore(out_layer_img, at, vec4(layer.rgb, hidden ? hidden_mark(layer.a, known) : layer.a));
     imageStore(out_state_img, at, vec4(diameter, sum.solid * of_known, 0.0, 0.0));
 }

@@ -73,7 +73,7 @@ float luminance_around(ivec2 at, ivec2 size) {
     for (int y = -AROUND_TAPS; y <= AROUND_TAPS; ++y)
         for (int x = -AROUND_TAPS; x <= AROUND_TAPS; ++x) {
             ivec2 tap = clamp(at + AROUND_STEP * ivec2(x, y), ivec2(0), size - 1);
-            vec3 color = texelFetch(color_tx, centre_of(tap, size, whole_size), 0).rgb;
+            vec3 color = texelFetch(color_tx, center_of(tap, size, whole_size), 0).rgb;
             sum += clamp(mean_of(color), 0.0, 1.0);
         }
     return sum / float((2 * AROUND_TAPS + 1) * (2 * AROUND_TAPS + 1));
@@ -82,7 +82,7 @@ float luminance_around(ivec2 at, ivec2 size) {
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_color_img);
     if (any(greaterThanEqual(at, size))) return;
-    ivec2 whole_size = textureSize(color_tx, 0), source = centre_of(at, size, whole_size), brightest = source;
+    ivec2 whole_size = textureSize(color_tx, 0), source = center_of(at, size, whole_size), brightest = source;
     vec4 mean = footprint_mean(footprint_of(at, size, whole_size), brightest);
     imageStore(out_color_img, at, mean);
     float light = mean_of(texelFetch(color_tx, brightest, 0).rgb);

@@ -2,8 +2,8 @@
 //
 // Inputs
 //   from_tx   rgba, as large as the output
-//   centre    the point that stays where it is, pixels
-//   ratio     how far from `centre` a pixel reads its source, relative to its own distance: above 1 reduces the picture
+//   center    the point that stays where it is, pixels
+//   ratio     how far from `center` a pixel reads its source, relative to its own distance: above 1 reduces the picture
 // Output
 //   out_img   rgba; what lies beyond the border of the source is read from the border
 //
@@ -13,7 +13,7 @@
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D from_tx;
-uniform vec2 centre;
+uniform vec2 center;
 uniform float ratio;
 writeonly uniform image2D out_img;
 
@@ -26,7 +26,7 @@ vec4 weights(float t) {
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_img);
     if (any(greaterThanEqual(at, size))) return;
-    vec2 source_position = centre + (vec2(at) + 0.5 - centre) * ratio - 0.5;
+    vec2 source_position = center + (vec2(at) + 0.5 - center) * ratio - 0.5;
     ivec2 first = ivec2(floor(source_position));
     vec4 across = weights(source_position.x - float(first.x)), down = weights(source_position.y - float(first.y));
     vec4 sum = vec4(0.0), low = vec4(0.0), high = vec4(0.0);

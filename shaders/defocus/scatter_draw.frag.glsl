@@ -7,7 +7,7 @@
 
 #include "lib/aperture.lib.glsl"
 
-flat in vec2 centre;
+flat in vec2 center;
 flat in float radius;
 flat in Cover share;
 flat in vec4 color;
@@ -18,7 +18,7 @@ layout(location = 1) out float out_cover;
 void main() {
     Cover disc_share = Cover(1.0);  // a sharp pixel, whose share is negative, keeps all its light
     if (most_of(share) >= 0.0)
-        disc_share = share * aperture_coverage(gl_FragCoord.xy - centre, radius, DISC_RAMP_PX, centre);
+        disc_share = share * aperture_coverage(gl_FragCoord.xy - center, radius, DISC_RAMP_PX, center);
     if (most_of(disc_share) == 0.0) discard;
     out_light = times(disc_share, color);
     out_cover = green_of(disc_share);

@@ -6,7 +6,7 @@
 //   color_tx      rgba of the picture
 //   coc_tx        r signed coc (circle of confusion, diameter in pixels, negative in front of the focus)
 // Outputs (see below)
-//   centre, radius, share, color
+//   center, radius, share, color
 
 #include "lib/aperture.lib.glsl"
 
@@ -18,7 +18,7 @@ uniform sampler2D coc_tx;
 uniform float disc_sums[SCATTER_DISC_SUMS];  // sum of the profile over pixels, for each eighth of a pixel of coc
 #endif
 
-flat out vec2 centre;   // of the disc, pixels
+flat out vec2 center;   // of the disc, pixels
 flat out float radius;  // signed, pixels
 flat out Cover share;  // share of its light in a pixel wholly inside; negative: all light stays in its own pixel
 flat out vec4 color;  // rgba of the pixel
@@ -31,12 +31,12 @@ float round_coc(float coc) { return coc; }
 // The sum of the coverage of all pixels by a disc.
 Cover disc_sum(float coc) {
     vec2 reach = aperture_reach(0.5 * coc, DISC_RAMP_PX);
-    if (max(reach.x, reach.y) > SUMMED_PX) return aperture_light(0.5 * coc, DISC_RAMP_PX, centre);
+    if (max(reach.x, reach.y) > SUMMED_PX) return aperture_light(0.5 * coc, DISC_RAMP_PX, center);
     ivec2 last = ivec2(ceil(reach));
     Cover sum = Cover(0.0);
     for (int y = -last.y; y <= last.y; ++y)
         for (int x = -last.x; x <= last.x; ++x)
-            sum += aperture_coverage(vec2(x, y), 0.5 * coc, DISC_RAMP_PX, centre);
+            sum += aperture_coverage(vec2(x, y), 0.5 * coc, DISC_RAMP_PX, center);
     return sum;
 }
 #else
@@ -52,7 +52,7 @@ float round_coc(float coc) {
 Cover disc_sum(float coc) {
     int step = int(round(coc * STEPS_A_PX));
     if (step < SCATTER_DISC_SUMS) return disc_sums[step];
-    return aperture_light(0.5 * coc, DISC_RAMP_PX, centre);
+    return aperture_light(0.5 * coc, DISC_RAMP_PX, center);
 }
 #endif
 
@@ -63,10 +63,10 @@ void main() {
     bool sharp = is_one_pixel(0.5 * coc);
     coc = round_coc(coc);
     color = texelFetch(color_tx, at, 0);
-    centre = vec2(at) + 0.5;
+    center = vec2(at) + 0.5;
     radius = 0.5 * coc;
     share = sharp ? Cover(-1.0) : 1.0 / disc_sum(coc);
     vec2 corner = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
     vec2 reach = sharp ? vec2(0.5) : aperture_reach(radius, DISC_RAMP_PX);
-    gl_Position = vec4((centre + corner * reach) / vec2(size) * 2.0 - 1.0, 0.0, 1.0);
+    gl_Position = vec4((center + corner * reach) / vec2(size) * 2.0 - 1.0, 0.0, 1.0);
 }

@@ -28,19 +28,19 @@ layout(std430) buffer sweep_heat_block { Num u_buf[]; };
 #define BLOCKS_PER_LINE ((line_length + BLOCK - 1) / BLOCK)
 
 // Loop bodies of the functions below, for each pole or for each pixel of a block.
-#define ELIMINATE_POLE(p) eliminate_pole(front, at.here, source(r, p), b_out, p, removed);
-#define CLEAR_FRONT_POLE(p) front.source[p] = ZERO_VALUE; front.heat[p] = ZERO_NUM;
-#define SAVE_POLE(p) s_buf[state_index(slot, i, p)] = front.source[p]; u_buf[state_index(slot, i, p)] = front.heat[p];
-#define LOAD_POLE(p) front.source[p] = s_buf[state_index(slot, i, p)]; front.heat[p] = u_buf[state_index(slot, i, p)];
+#define ELIMINATE_POLE(p) eliminate_pole(carry, at.here, source(r, p), b_out, p, removed);
+#define CLEAR_CARRY_POLE(p) carry.source[p] = ZERO_VALUE; carry.heat[p] = ZERO_NUM;
+#define SAVE_POLE(p) s_buf[state_index(slot, i, p)] = carry.source[p]; u_buf[state_index(slot, i, p)] = carry.heat[p];
+#define LOAD_POLE(p) carry.source[p] = s_buf[state_index(slot, i, p)]; carry.heat[p] = u_buf[state_index(slot, i, p)];
 #define SUBSTITUTE_POLE(p) y[p] = mul(removed.inverse[p], removed.s[p]) + mul(removed.w[p], y[p]); add_pole(o, p, y[p]);
-#define ELIMINATE_AGAIN(j) eliminate(front, at, line, run, first + j, removed[j]);
+#define ELIMINATE_AGAIN(j) eliminate(carry, at, line, run, first + j, removed[j]);
 #define SUBSTITUTE(j) substitute(removed[j], y, pixel_at(line, first + j), first + j < run.end);
 #define CLEAR_POLE(p) y[p] = ZERO_VALUE;
-#define REPEAT_FIRST_POLE(p) front.heat[p] = repeated_heat(p, here); front.source[p] = mul(front.heat[p], source(r, p));
-#define REPEAT_LAST_POLE(p) y[p] = repeat_end(front.heat[p], front.source[p], repeated_heat(p, here), source(r, p));
+#define REPEAT_FIRST_POLE(p) carry.heat[p] = repeated_heat(p, here); carry.source[p] = mul(carry.heat[p], source(r, p));
+#define REPEAT_LAST_POLE(p) y[p] = repeat_end(carry.heat[p], carry.source[p], repeated_heat(p, here), source(r, p));
 
 // The state carried over from the previous pixels: w_(i-1) s_(i-1) and w_(i-1) u_(i-1) of each pole.
-struct Front {
+struct Carry {
     Value source[POLES];
     Num heat[POLES];
 };
@@ -108,19 +108,19 @@ PixelPair pair_at(int line, Run run, int i) {
 }
 
 // Eliminates a pixel in one pole's network: r is its right-hand side, b_out the conductance to the next pixel.
-void eliminate_pole(inout Front front, Input here, Value r, float b_out, int p, inout Eliminated removed) {
-    Num to_next = flow(p, b_out), u = num(specific_heat(here)) + front.heat[p];
-    Value s = r + front.source[p];
+void eliminate_pole(inout Carry carry, Input here, Value r, float b_out, int p, inout Eliminated removed) {
+    Num to_next = flow(p, b_out), u = num(specific_heat(here)) + carry.heat[p];
+    Value s = r + carry.source[p];
     Num inverse = inverted(u + to_next), w = mul(to_next, inverse);
     removed.s[p] = s;
     removed.inverse[p] = inverse;
     removed.w[p] = w;
-    front.source[p] = mul(w, s);
-    front.heat[p] = mul(w, u);
+    carry.source[p] = mul(w, s);
+    carry.heat[p] = mul(w, u);
 }
 
 // Eliminates pixel i, and goes on to the next.
-void eliminate(inout Front front, inout PixelPair at, int line, Run run, int i, inout Eliminated removed) {
+void eliminate(inout Carry carry, inout PixelPair at, int line, Run run, int i, inout Eliminated removed) {
     Input after = input_in(line, run, i + 1);
     float b_out = i + 1 < run.joined_end ? conductance(at.here, after) : 0.0;
     Source r = source_of(at.before, at.here, after, at.b_in, b_out);
@@ -133,12 +133,12 @@ void eliminate(inout Front front, inout PixelPair at, int line, Run run, int i, 
 int state_index(int slot, int i, int p) { return (slot * BLOCKS_PER_LINE + i / BLOCK) * POLES + p; }
 
 // Sets the state to that before a pixel without a predecessor.
-void clear_front(out Front front) {
-    EACH_POLE(CLEAR_FRONT_POLE)
+void clear_carry(out Carry carry) {
+    EACH_POLE(CLEAR_CARRY_POLE)
 }
 
 // Adds the heat capacity of the repeated pixels before the line's first pixel.
-void repeat_first(inout Front front, Input here) {
+void repeat_first(inout Carry carry, Input here) {
     Source r = source_of(here, here, here, 0.0, 0.0);
     EACH_POLE(REPEAT_FIRST_POLE)
 }
@@ -151,45 +151,45 @@ Value repeat_end(Num heat, Value from_before, Num beyond, Value x) {
 }
 
 // Computes that solution for all poles.
-void repeat_last(Front front, Input here, inout Value y[POLES]) {
+void repeat_last(Carry carry, Input here, inout Value y[POLES]) {
     Source r = source_of(here, here, here, 0.0, 0.0);
     EACH_POLE(REPEAT_LAST_POLE)
 }
 
 // Stores the state before a block of pixels.
-void save_front(Front front, int slot, int i) {
+void save_carry(Carry carry, int slot, int i) {
     EACH_POLE(SAVE_POLE)
 }
 
 // Loads the state before a block of pixels.
-void load_front(out Front front, int slot, int i) {
+void load_carry(out Carry carry, int slot, int i) {
     EACH_POLE(LOAD_POLE)
 }
 
 // Eliminates all active pixels of a line. y becomes the solution right after the last block; it is used only if a
 // run reaches the line's end. The loops are `do ... while`, see shaders/README.md.
 void eliminate_forward(int line, int slot, int tiles, out Value y[POLES]) {
-    Front front;
+    Carry carry;
     PixelPair at;
     Eliminated removed;
     EACH_POLE(CLEAR_POLE)
     int tile = next_active(line, 0, tiles);
-    clear_front(front);
-    if (IS_REPEATED && tile == 0) repeat_first(front, input_in(line, run_of(line, 0), 0));
+    clear_carry(carry);
+    if (IS_REPEATED && tile == 0) repeat_first(carry, input_in(line, run_of(line, 0), 0));
     if (tile < tiles) do {
         int blocks = blocks_of(tile), block = 0;
         Run run = run_of(line, tile);
-        if (run.start > 0) clear_front(front);
+        if (run.start > 0) clear_carry(carry);
         if (run.start == tile * TILE) at = pair_at(line, run, run.start);
         do {
             int first = tile * TILE + block * BLOCK, j = 0;
-            save_front(front, slot, first);
-            do eliminate(front, at, line, run, first + j, removed); while (++j < BLOCK);
+            save_carry(carry, slot, first);
+            do eliminate(carry, at, line, run, first + j, removed); while (++j < BLOCK);
         } while (++block < blocks);
         tile = next_active(line, tile + 1, tiles);
     } while (tile < tiles);
     // A loop in place of an if: a software rasterizer runs both sides of every branch (shaders/README.md).
-    for (int n = IS_REPEATED && is_active_tile(line, tiles - 1) ? 1 : 0; n > 0; --n) repeat_last(front, at.here, y);
+    for (int n = IS_REPEATED && is_active_tile(line, tiles - 1) ? 1 : 0; n > 0; --n) repeat_last(carry, at.here, y);
 }
 
 // Computes the solution of an eliminated pixel from y, that of the next pixel, and stores it if `is_inside`. y becomes
@@ -209,8 +209,8 @@ void substitute_back(int line, int slot, int tiles, inout Value y[POLES]) {
         int block = blocks_of(tile) - 1;
         do {
             int first = tile * TILE + block * BLOCK;
-            Front front;
-            load_front(front, slot, first);
+            Carry carry;
+            load_carry(carry, slot, first);
             PixelPair at = pair_at(line, run, first);
             Eliminated removed[BLOCK];
             EACH_PIXEL(ELIMINATE_AGAIN)

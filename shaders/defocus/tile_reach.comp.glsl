@@ -35,7 +35,7 @@ float content_distance_px(LayerTile tile) {
     float distance_px = 1e30;
     int first = max(tile.at.y - tile.reach, 0), last = min(tile.at.y + tile.reach, tile.count.y - 1);
     for (int y = first; y <= last; ++y) {
-        int across = distance_buf[word_of(tile, ivec2(tile.at.x, y))];
+        int across = distance_buf[tile_index(tile, ivec2(tile.at.x, y))];
         vec2 gap = vec2(max(ivec2(across, abs(y - tile.at.y)) - 1, 0) * TILE * tile.reduction);
         if (across < FAR_AWAY) distance_px = min(distance_px, length(gap));
     }
@@ -49,7 +49,7 @@ bool has_hole(LayerTile tile, int layer, float reach_px) {
     float distance_px = 1e30;
     int y = max(first.y - reach, 0);
     do {
-        int across = min(hole_buf[hole_word(layer, ivec2(first.x, y))], hole_buf[hole_word(layer, ivec2(last.x, y))]);
+        int across = min(hole_buf[hole_index(layer, ivec2(first.x, y))], hole_buf[hole_index(layer, ivec2(last.x, y))]);
         if (across < FAR_AWAY) distance_px = min(distance_px, gap_px(across, max(max(first.y - y, y - last.y), 0)));
     } while (++y <= end);
     return distance_px <= reach_px;
@@ -67,8 +67,9 @@ bool is_covered(LayerTile tile, float reach_px) {
 void list_tile(LayerTile tile) {
     int first = tile.layer * list_words;
     // Words 0 and 3 are the workgroups of two later passes, word 6 is the number of tiles.
-    uint slot = atomicAdd(tile_list_buf[first + 6], 1u), parts = uint(slices);
-    if (slot % parts == 0u && slot / parts < TILE_GROUPS_MAX) atomicAdd(tile_list_buf[first], 1u);
+    // A pass over the layer's tiles runs in `slices` equal slices, so it needs one group more for each `slices` tiles.
+    uint slot = atomicAdd(tile_list_buf[first + 6], 1u), slice_count = uint(slices);
+    if (slot % slice_count == 0u && slot / slice_count < TILE_GROUPS_MAX) atomicAdd(tile_list_buf[first], 1u);
     if (slot < TILE_GROUPS_MAX) atomicAdd(tile_list_buf[first + 3], 1u);
     tile_list_buf[first + TILE_LIST_HEAD + int(slot)] = uint(tile.at.y) << 16 | uint(tile.at.x);
 }
@@ -78,9 +79,9 @@ void main() {
     if (any(greaterThanEqual(tile.at, tile.count))) return;
     vec2 px = layer_px[tile.layer];
     // uncovered_px: as far as the nearest surface and this layer move relative to each other, seen across the lens.
-    float uncovered_px = wider_scale * (max(-hider_buf[word_of(tile, tile.at)], 0.0) + px.y) / 2.0;
+    float uncovered_px = wider_scale * (max(-hider_buf[tile_index(tile, tile.at)], 0.0) + px.y) / 2.0;
     float reach_px = max(px.x, uncovered_px) + margin_px;
     bool is_needed = content_distance_px(tile) <= reach_px && !is_covered(tile, reach_px);
-    tile_mask_buf[word_of(tile, tile.at)] = is_needed ? 1u : 0u;
+    tile_mask_buf[tile_index(tile, tile.at)] = is_needed ? 1u : 0u;
     if (is_needed) list_tile(tile);
 }

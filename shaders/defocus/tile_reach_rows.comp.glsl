@@ -46,7 +46,7 @@ void find_hole(LayerTile tile) {
         uint words = word_at(tile.at - ivec2(step, 0)) | word_at(tile.at + ivec2(step, 0));
         if (is_layer_open(words, layer)) distance = step;
     } while (++step <= hole_reach && distance == FAR_AWAY);
-    hole_buf[hole_word(tile.layer, tile.at)] = distance;
+    hole_buf[hole_index(tile.layer, tile.at)] = distance;
 }
 
 // The least signed coc in a tile of a layer, from the tiles of the picture for which it stands.
@@ -79,6 +79,6 @@ void main() {
         bool after = tile.at.x + step < tile.count.x && has_content(tile, tile.at + ivec2(step, 0));
         if (before || after) distance = step;
     }
-    distance_buf[word_of(tile, tile.at)] = distance;
-    hider_buf[word_of(tile, tile.at)] = nearest_in(tile);
+    distance_buf[tile_index(tile, tile.at)] = distance;
+    hider_buf[tile_index(tile, tile.at)] = nearest_in(tile);
 }

@@ -5,14 +5,14 @@
 // conductance to the next pixel, which is 0 at the end of the line:
 //   -b_(i-1) y_(i-1) + (1 + b_(i-1) + b_i) y_i - b_i y_(i+1) = r_i
 //
-// The elimination goes forward and expresses each y_i by the next one: y_i = part_i + weight_i y_(i+1). The
+// The elimination goes forward and expresses each y_i by the next one: y_i = constant_i + weight_i y_(i+1). The
 // substitution then goes back from the last pixel.
 //
 // Inputs
 //   conductance_img   r conductance b between a pixel and the next one along `axis`
 //   color_img         rgba before the diffusion
 // Scratch
-//   weight_buf, part_buf   weight and part; the pixels of a line follow each other
+//   weight_buf, constant_buf   weight and constant; the pixels of a line follow each other
 // Output
 //   out_color_img     rgba after the diffusion
 
@@ -22,7 +22,7 @@ layout(r32f) uniform readonly image2D conductance_img;
 layout(rgba32f) uniform readonly image2D color_img;
 layout(rgba32f) uniform writeonly image2D out_color_img;
 layout(std430) buffer bare_weight_block { float weight_buf[]; };
-layout(std430) buffer bare_part_block { vec4 part_buf[]; };
+layout(std430) buffer bare_constant_block { vec4 constant_buf[]; };
 
 uniform ivec2 axis;  // (1, 0) rows, (0, 1) columns
 uniform int line_count;
@@ -34,20 +34,20 @@ void main() {
     int first = line * line_length;
     ivec2 start = line * axis.yx;
     float b_prev = 0.0, weight = 0.0;
-    vec4 part = vec4(0.0);
+    vec4 constant = vec4(0.0);
     for (int i = 0; i < line_length; ++i) {
         ivec2 at = start + i * axis;
         float b = imageLoad(conductance_img, at).r;
         float inverse = 1.0 / (1.0 + b + b_prev * (1.0 - weight));
-        part = (imageLoad(color_img, at) + b_prev * part) * inverse;
+        constant = (imageLoad(color_img, at) + b_prev * constant) * inverse;
         weight = b * inverse;
         weight_buf[first + i] = weight;
-        part_buf[first + i] = part;
+        constant_buf[first + i] = constant;
         b_prev = b;
     }
     vec4 y = vec4(0.0);
     for (int i = line_length - 1; i >= 0; --i) {
-        y = part_buf[first + i] + weight_buf[first + i] * y;
+        y = constant_buf[first + i] + weight_buf[first + i] * y;
         imageStore(out_color_img, start + i * axis, y);
     }
 }

@@ -32,16 +32,16 @@ float within_rim(float to_rim, float ramp) { return clamp((to_rim + ramp) / (2.0
 #include "lib/shaped_aperture.lib.glsl"
 #else
 #define Cover float
-#define CENTRE_PX 1e-6  // distance up to which a point is the center, which has no direction to the rim
+#define CENTER_PX 1e-6  // distance up to which a point is the center, which has no direction to the rim
 
 // Share of the pixel at an offset that the disc covers, 0..1. The distance to the rim is a first-order estimate:
 // the implicit function of the ellipse, divided by the length of its gradient.
 Cover aperture_coverage(vec2 offset, float radius, float ramp, vec2 position) {
     vec2 unsqueezed = offset / aperture_axes;
-    float from_centre = max(length(unsqueezed), CENTRE_PX);
-    float gradient = length(unsqueezed / aperture_axes) / from_centre;
-    if (from_centre <= CENTRE_PX) gradient = 1.0 / min(aperture_axes.x, aperture_axes.y);
-    return within_rim((abs(radius) - from_centre) / gradient, ramp);
+    float from_center = max(length(unsqueezed), CENTER_PX);
+    float gradient = length(unsqueezed / aperture_axes) / from_center;
+    if (from_center <= CENTER_PX) gradient = 1.0 / min(aperture_axes.x, aperture_axes.y);
+    return within_rim((abs(radius) - from_center) / gradient, ramp);
 }
 
 // Half the width and height of the box around a disc, in pixels. A smooth edge reaches 0.3 ramp beyond this box.

@@ -11,19 +11,24 @@
 //   vertices    VERTEX_PARTS vec4 for each vertex: position and u, normal and v, with BUMPS the tangent and its sign
 //   triangles   x, y, z numbers of the vertices; w the triangle's number in its mesh, the order of drawing
 //   nodes       all trees, one after the other
-//   placed      for each leaf of the tree over instances: x number of the instance, y root of its mesh's tree
+//   instance_trees   for each leaf of the tree over instances, its instance and the root of the mesh's tree
 //   colors      with COLORS, rgba of each vertex
 //   more_uvs    with PLACEMENTS, the second set of texture coordinates of each vertex
 
 // NODE of bvh.py: a box from `low` to `high`.
-//   count > 0   a leaf: `count` triangles from number `first` on, or one instance, placed[first]
+//   count > 0   a leaf: `count` triangles from number `first` on, or one instance, instance_trees[first]
 //   count < 0   children at `first` and `first` + 1, cut across the axis -1 - count, the lower one first
 struct Node { vec3 low; int first; vec3 high; int count; };
+
+// The axis across which the children of a node are cut.
+int axis_of(Node node) { return -1 - node.count; }
+
+struct InstanceTree { int instance; int root; };
 
 layout(std430) readonly buffer vertices_block { vec4 vertices[]; };
 layout(std430) readonly buffer triangles_block { uvec4 triangles[]; };
 layout(std430) readonly buffer nodes_block { Node nodes[]; };
-layout(std430) readonly buffer placed_block { ivec2 placed[]; };  // instance, root
+layout(std430) readonly buffer instance_trees_block { InstanceTree instance_trees[]; };
 #ifdef COLORS
 layout(std430) readonly buffer colors_block { uvec2 colors[]; };  // half floats
 #endif
@@ -40,7 +45,7 @@ uvec3 ray_number;  // random state of the ray: alpha thresholds differ from ray 
 #define VERTEX_PARTS 2u
 #endif
 
-#define STACK (BVH_DEPTH_MOST + 2)  // size of the stack, more than the levels of a tree
+#define STACK (BVH_DEPTH_MOST + 2)  // size of the stack of nodes yet to visit, more than the levels of a tree
 #define SAME 1e-6  // the relative rounding error of a distance
 
 // The hit of a ray: its distance; an instance, -1 for none; a triangle, and the weights of its corners at the hit.
@@ -169,25 +174,25 @@ void intersect_leaf(Node leaf, int instance, vec3 start, Shear shear, float near
     }
 }
 
-// Traces a ray through the mesh of an instance, in the instance's own axes. `there` is an entry of placed_block.
-void intersect_mesh(ivec2 there, vec3 world_start, vec3 world_along, float nearest, inout Hit hit) {
-    mat4 to_object = instances[there.x].to_object;
+// Traces a ray through the mesh of an instance, in the instance's own axes.
+void intersect_mesh(InstanceTree tree, vec3 world_start, vec3 world_along, float nearest, inout Hit hit) {
+    mat4 to_object = instances[tree.instance].to_object;
     if (to_object[3][3] == 0.0) return;  // scaled to nothing
     vec3 start = (to_object * vec4(world_start, 1.0)).xyz;
     vec3 along = mat3(to_object) * world_along, inverse = inverse_of(along);
     Shear shear = shear_of(along);
-    int stack[STACK], used = 0, at = there.y;  // the stack has the nodes yet to visit
+    int stack[STACK], used = 0, at = tree.root;
     while (true) {
         Node node = nodes[at];
         bool is_met = hits_box(node, start, inverse, nearest, hit.distance);
         if (is_met && node.count < 0) {
             // against the axis the upper child is the nearer one; the farther one goes onto the stack
-            int upper = int(along[-1 - node.count] < 0.0);
+            int upper = int(along[axis_of(node)] < 0.0);
             at = node.first + upper;
             stack[used++] = node.first + 1 - upper;
             continue;
         }
-        if (is_met) intersect_leaf(node, there.x, start, shear, nearest, hit);
+        if (is_met) intersect_leaf(node, tree.instance, start, shear, nearest, hit);
         if (used == 0) return;
         at = stack[--used];
     }
@@ -203,12 +208,12 @@ Hit first_hit(int root, vec3 start, vec3 along, float nearest, float farthest) {
         bool is_met = hits_box(node, start, inverse, nearest, hit.distance);
         if (is_met && node.count < 0) {
             // against the axis the upper child is the nearer one; the farther one goes onto the stack
-            int upper = int(along[-1 - node.count] < 0.0);
+            int upper = int(along[axis_of(node)] < 0.0);
             at = node.first + upper;
             stack[used++] = node.first + 1 - upper;
             continue;
         }
-        if (is_met) intersect_mesh(placed[node.first], start, along, nearest, hit);
+        if (is_met) intersect_mesh(instance_trees[node.first], start, along, nearest, hit);
         if (used == 0) return hit;
         at = stack[--used];
     }

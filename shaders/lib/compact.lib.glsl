@@ -22,6 +22,6 @@ uniform float compact_c;  // c of large discs; 0 for the plain Laplacian
 
 // The constant c for a squared diameter d^2, pixels^2.
 float compact_at(float d_2) {
-    float relative_size = min(d_2 / COMPACT_FROM_PX_2, 1.0);
-    return compact_c * relative_size * (2.0 - relative_size);
+    float relative_square = min(d_2 / COMPACT_FROM_PX_2, 1.0);
+    return compact_c * relative_square * (2.0 - relative_square);
 }

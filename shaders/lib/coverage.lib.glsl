@@ -28,6 +28,6 @@ float threshold_of(uint material, uint triangle) {
     uint number = uint(sample_number * samples_across * samples_across + number_of(position));
     uvec4 seeds = hash_counters(uvec4(pixel_of(position), material, triangle));
     // The order of the samples is shuffled too; otherwise two surfaces would cover the same ones.
-    uint turn = bitfieldReverse(scramble(bitfieldReverse(number), seeds.x));
-    return float(bitfieldReverse(scramble(turn, seeds.y)) >> 8u) * (1.0 / 16777216.0);
+    uint shuffled_number = bitfieldReverse(scramble(bitfieldReverse(number), seeds.x));
+    return float(bitfieldReverse(scramble(shuffled_number, seeds.y)) >> 8u) * (1.0 / 16777216.0);
 }

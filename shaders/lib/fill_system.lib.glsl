@@ -138,7 +138,7 @@ void store(ivec2 at, Input here, Output o) {
 #else
 layout(r32f) uniform writeonly image2D out_coc_img;
 void store(ivec2 at, Input here, Output o) {
-    vec2 state = here.state, means = o.y.rb / max(o.y.g, 1e-8);
-    imageStore(out_coc_img, at, vec4(mix(means.r, move_to_nearer(state.r, means.g), state.g)));
+    vec2 state = here.state, extended_diffused = o.y.rb / max(o.y.g, 1e-8);  // diameters outside and inside the content
+    imageStore(out_coc_img, at, vec4(mix(extended_diffused.x, move_to_nearer(state.r, extended_diffused.y), state.g)));
 }
 #endif

@@ -13,7 +13,7 @@ Footprint footprint_of(ivec2 at, ivec2 size, ivec2 whole_size) {
 }
 
 // The pixel of the whole picture at the center of a pixel of the smaller one.
-ivec2 centre_of(ivec2 at, ivec2 size, ivec2 whole_size) {
+ivec2 center_of(ivec2 at, ivec2 size, ivec2 whole_size) {
     vec2 step = vec2(whole_size) / vec2(size);
     return ivec2(vec2(at) * step + 0.5 * step);
 }

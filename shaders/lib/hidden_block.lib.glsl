@@ -1,5 +1,5 @@
 // Blocks of 2 x 2 pixels of a layer in which pixels are hidden and have to be guessed. Of lib/two_lists.lib.glsl, the
-// front list has the first hidden pixel of each block, which computes what the whole block shares; the back list has
+// first list has the first hidden pixel of each block, which computes what the whole block shares; the second list has
 // the other hidden pixels that get a guess of their own.
 
 #include "lib/two_lists.lib.glsl"

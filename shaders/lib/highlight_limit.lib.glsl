@@ -25,8 +25,8 @@ float surface_share(float luminance) {
     return luminance > 1.0 ? 1.0 - smoothstep(LAMP_FROM, LAMP_TO, luminance) : 0.0;
 }
 
-// Degree to which this is a bright surface, 0..1. `bright_part` is the share of its surroundings that is bright.
-float surface_of(float bright_part) { return smoothstep(SURFACE_FROM, SURFACE_TO, bright_part); }
+// Degree to which this is a bright surface, 0..1. `bright_share` is the share of its surroundings that is bright.
+float surface_of(float bright_share) { return smoothstep(SURFACE_FROM, SURFACE_TO, bright_share); }
 
 // Share of this light that belongs to a highlight, 0..1. What remains is the limit for light just above the limit, and
 // falls to the level of the surroundings for light far above it.

@@ -13,7 +13,7 @@ struct Sprite {
     vec4 light;  // rgb of a pixel wholly inside the disc; a 0
 };
 
-#define AREA_PARTS 0x100000u  // the largest area that may be drawn; areas are counted in fractions of it
+#define AREA_UNITS 0x100000u  // the largest area that may be drawn, in the unit in which areas are counted
 
 // What is drawn, and the sums from which this is decided.
 struct Plan {
@@ -21,10 +21,10 @@ struct Plan {
     uint level;              // level that is drawn; HIGHLIGHT_LEVELS: even the last list is too long, nothing is
     uint restore_groups[3];  // workgroups of highlight_restore: none if all is drawn
     uint sprites[HIGHLIGHT_LEVELS];  // number of sprites of the whole picture, by level
-    uint area[HIGHLIGHT_LEVELS];     // area to draw, by level; AREA_PARTS is the largest allowed
+    uint area[HIGHLIGHT_LEVELS];     // area to draw, by level; AREA_UNITS is the largest allowed
     uint too_large;                  // bit l is set if the area of level l is larger than allowed
 };
 
-// The indices of a block and of a row of blocks in their buffers of sprite numbers.
-int tally_of(int level, ivec2 block, ivec2 blocks) { return (level * blocks.y + block.y) * blocks.x + block.x; }
-int row_of(int level, int row, ivec2 blocks) { return level * blocks.y + row; }
+// The index of a block in tally_buf, and of a row of blocks in row_buf; both hold numbers of sprites.
+int tally_index(int level, ivec2 block, ivec2 blocks) { return (level * blocks.y + block.y) * blocks.x + block.x; }
+int row_index(int level, int row, ivec2 blocks) { return level * blocks.y + row; }

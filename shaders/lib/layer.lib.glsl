@@ -27,7 +27,7 @@ float nearer_than(vec2 cut_px, float coc_px) {
 }
 
 // Weight of a membership or coverage as content of the layer, 0..1.
-float solidity(float part) { return smoothstep(THIN, SOLID, part); }
+float solidity(float share) { return smoothstep(THIN, SOLID, share); }
 
 // Share of a pixel of this visibility that the layer knows and need not guess, 0..1.
 float knowledge(float visible) { return smoothstep(THIN, KNOWN, visible); }

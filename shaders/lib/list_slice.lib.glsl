@@ -5,10 +5,10 @@
 
 uniform ivec2 list_slice;  // number of this slice, and of slices; 0, 0 for the whole list
 
-// Index at which slice `part` of a list of `count` items begins.
-uint slice_at(uint count, int part) {
-    uint parts = uint(max(list_slice.y, 1));  // divided first: a product of count and part may need more than 32 bits
-    return count / parts * uint(part) + min(uint(part), count % parts);
+// Index at which a slice of a list of `count` items begins; `slice` is its number.
+uint slice_at(uint count, int slice) {
+    uint slices = uint(max(list_slice.y, 1));  // divided first: a product of count and slice may need more than 32 bits
+    return count / slices * uint(slice) + min(uint(slice), count % slices);
 }
 uint slice_start(uint count) { return slice_at(count, list_slice.x); }
 uint slice_end(uint count) { return slice_at(count, list_slice.x + 1); }

@@ -19,7 +19,7 @@ layout(rgba32f) uniform writeonly image2D out_match_img;
 
 #define MATCH_TAPS 8            // pixels to compare on each side of an end; fewer would measure texture
 #define SAME_DIAMETER_PX 0.5    // change of the diameter up to which pixels are of one surface
-#define SAME_DIAMETER_PART 0.1  // the same as a share of the diameter; the larger limit counts
+#define SAME_DIAMETER_SHARE 0.1  // the same as a share of the diameter; the larger limit counts
 #define LEAST_LIGHT 0.01        // added to the light, because dark pixels are not compared
 #define INDEPENDENT 4.0         // largest number of pixels that count as independent, because neighbors are alike
 #define SURE_VARIANCE 0.03      // variance of the logarithm at which the match has half its weight
@@ -37,7 +37,7 @@ struct Stretch {
 Stretch stretch_of(ivec2 from, ivec2 away_direction, bool hidden, float diameter, int taps) {
     vec4 sum = vec4(0.0);
     float count = 0.0, logs = 0.0, squares = 0.0;
-    float most = max(SAME_DIAMETER_PX, SAME_DIAMETER_PART * diameter);
+    float most = max(SAME_DIAMETER_PX, SAME_DIAMETER_SHARE * diameter);
     int tap = 0;
     do {
         ivec2 p = from + tap * away_direction;

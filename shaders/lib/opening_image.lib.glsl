@@ -51,12 +51,12 @@ float image_transmission(vec2 shift, bool is_behind) {
     vec2 at = clamp(shift / aperture_shift_most, vec2(0.0, -1.0), vec2(1.0)) + vec2(0.0, 1.0);
     at *= float(BARREL_STEPS);
     ivec2 low = min(ivec2(at), ivec2(BARREL_STEPS - 1, 2 * BARREL_STEPS - 1));
-    vec2 part = at - vec2(low);
+    vec2 fraction = at - vec2(low);
     int corner = low.y * (BARREL_STEPS + 1) + low.x;
-    vec2 above = mix(aperture_image_passed[corner], aperture_image_passed[corner + 1], part.x);
+    vec2 above = mix(aperture_image_passed[corner], aperture_image_passed[corner + 1], fraction.x);
     corner += BARREL_STEPS + 1;
-    vec2 below = mix(aperture_image_passed[corner], aperture_image_passed[corner + 1], part.x);
-    vec2 passed = mix(above, below, part.y);
+    vec2 below = mix(aperture_image_passed[corner], aperture_image_passed[corner + 1], fraction.x);
+    vec2 passed = mix(above, below, fraction.y);
     return is_behind ? passed.y : passed.x;
 }
 
@@ -69,12 +69,12 @@ vec2 image_point(vec2 square) {
     for (int step = IMAGE_SIDE / 2; step > 0; step /= 2)
         if (float(image_sum(IMAGE_SIDE, row + step)) <= level) row += step;
     float above = float(image_sum(IMAGE_SIDE, row)), below = float(image_sum(IMAGE_SIDE, row + 1));
-    float part_y = (level - above) / max(below - above, 1.0);
+    float fraction_y = (level - above) / max(below - above, 1.0);
     level = wanted.x * float(image_sum(IMAGE_SIDE, row + 1) - image_sum(IMAGE_SIDE, row));
     for (int step = IMAGE_SIDE / 2; step > 0; step /= 2)
         if (float(image_sum(column + step, row + 1) - image_sum(column + step, row)) <= level) column += step;
     float left = float(image_sum(column, row + 1) - image_sum(column, row));
     float right = float(image_sum(column + 1, row + 1) - image_sum(column + 1, row));
-    vec2 at = vec2(column, row) + vec2((level - left) / max(right - left, 1.0), part_y);
+    vec2 at = vec2(column, row) + vec2((level - left) / max(right - left, 1.0), fraction_y);
     return (at * (2.0 / float(IMAGE_SIDE)) - 1.0) * vec2(1.0, -1.0);
 }

@@ -33,7 +33,7 @@ bool unmix_near(ivec2 at, out vec3 color) {
     float coc = coc_at(at);
     vec4 sum = vec4(0.0);
     for (int k = 0; k < 9; ++k) {
-        ivec2 p = neighbour(at, k);
+        ivec2 p = neighbor(at, k);
         if (is_unmixed(p) && is_same_surface(coc, coc_at(p))) sum += vec4(color_at(p), 1.0);
     }
     color = sum.rgb / max(sum.a, 1.0);
@@ -45,7 +45,7 @@ bool unmix_near(ivec2 at, out vec3 color) {
 float own_outline(ivec2 at, float coc) {
     float farther = 0.0;
     for (int k = 0; k < 9; ++k)
-        if (is_in_front(coc, coc_at(neighbour(at, k)))) farther += 0.5 * OUTLINE_WEIGHT[k];
+        if (is_in_front(coc, coc_at(neighbor(at, k)))) farther += 0.5 * OUTLINE_WEIGHT[k];
     return 1.0 - farther;
 }
 

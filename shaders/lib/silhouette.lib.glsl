@@ -26,7 +26,7 @@ const float OUTLINE_WEIGHT[9] =
 
 // The pixel of the picture that is nearest to a position.
 ivec2 inside(ivec2 at) { return clamp(at, ivec2(0), textureSize(coc_tx, 0) - 1); }
-ivec2 neighbour(ivec2 at, int k) { return inside(at + ivec2(k % 3, k / 3) - 1); }  // k 0..8
+ivec2 neighbor(ivec2 at, int k) { return inside(at + ivec2(k % 3, k / 3) - 1); }  // k 0..8
 float coc_at(ivec2 at) { return texelFetch(coc_tx, inside(at), 0).r; }
 float inverse_depth(float coc) { return infinity_px - coc; }  // 1 / depth, up to a factor
 

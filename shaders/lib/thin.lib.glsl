@@ -50,7 +50,7 @@ Extremes extremes_around(ivec2 at, float far_coc, bool is_thin) {
 // Number of nearer pixels above, below, left and right.
 float nearer_beside(ivec2 at, float far_coc) {
     float count = 0.0;
-    for (int k = 1; k < 9; k += 2) count += is_in_front(coc_at(neighbour(at, k)), far_coc) ? 1.0 : 0.0;
+    for (int k = 1; k < 9; k += 2) count += is_in_front(coc_at(neighbor(at, k)), far_coc) ? 1.0 : 0.0;
     return count;
 }
 
@@ -61,7 +61,7 @@ bool is_beside_thin(ivec2 at, float coc) {
     bool is_thin = false;
     while (ending != 0u && !is_thin) {
         vec3 own;
-        is_thin = !unmix_near(neighbour(at, findLSB(ending)), own);
+        is_thin = !unmix_near(neighbor(at, findLSB(ending)), own);
         ending &= ending - 1u;
     }
     return is_thin;

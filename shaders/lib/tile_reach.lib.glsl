@@ -30,8 +30,8 @@ LayerTile layer_tile() {
 }
 
 // Index of a tile at another position of the same layer, in a buffer with a word for each tile of each layer.
-int word_of(LayerTile tile, ivec2 at) { return tile.layer * tile_words + at.y * tile.count.x + at.x; }
+int tile_index(LayerTile tile, ivec2 at) { return tile.layer * tile_words + at.y * tile.count.x + at.x; }
 
 // Index of a tile of the picture in hole_buf, which has a word for each tile of the picture and each layer: the
 // distance to the next hole, a tile in which the layer is open (lib/tile_content.lib.glsl).
-int hole_word(int layer, ivec2 at) { return layer * tile_words + at.y * picture_tiles.x + at.x; }
+int hole_index(int layer, ivec2 at) { return layer * tile_words + at.y * picture_tiles.x + at.x; }

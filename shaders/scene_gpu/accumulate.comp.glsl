@@ -9,9 +9,9 @@
 //   is_first  nothing is in the sum yet
 //   is_new    view_tx is not in the sum yet
 // Inputs with SHAPED
-//   depth_tx  planar depth in that view, meters
-//   lens_at   point of the lens, in radii before the squeeze
-//   colors    rgba, 1 for each channel for which the view counts
+//   depth_tx         planar depth in that view, meters
+//   lens_point       point of the lens from which the view is seen, in radii before the squeeze
+//   colors           rgba, 1 for each channel for which the view counts
 //   focus_dioptres   1 / distance of focus in the middle of the picture
 //   focal_px         focal length of the view, pixels
 // In and out
@@ -38,14 +38,14 @@ writeonly uniform image2D mean_img;
 uniform sampler2D depth_tx;
 uniform float focus_dioptres;
 uniform float focal_px;
-uniform vec2 lens_at;
+uniform vec2 lens_point;
 uniform vec4 colors;
 
 // Adds the view at a pixel. `dioptres` of the focus, minus those of the surface, are positive behind the focus.
 void add_view(ivec2 at, inout Sides sides) {
     float dioptres = focus_dioptres + focus_offset_at(at) - 1.0 / texelFetch(depth_tx, at, 0).r;
-    vec2 source_position = pinhole_position(vec2(at) + 0.5, lens_at, focal_px * dioptres, aperture_axes);
-    add_light(sides, texelFetch(view_tx, at, 0), lens_at, source_position, dioptres > 0.0, colors);
+    vec2 source_position = pinhole_position(vec2(at) + 0.5, lens_point, focal_px * dioptres, aperture_axes);
+    add_light(sides, texelFetch(view_tx, at, 0), lens_point, source_position, dioptres > 0.0, colors);
 }
 
 // Adds the view at a pixel if it is new; returns the mean.

@@ -13,8 +13,8 @@
 layout(local_size_x = WORKERS) in;
 
 layout(r32f) uniform readonly image2D depth_img;
-uniform float low;       // dioptres at the lower end of the first bin
-uniform float per_step;  // number of bins for each dioptre
+uniform float low_dioptres;  // at which the first bin begins
+uniform float bins_per_dioptre;
 layout(std430) buffer count_block { uint count_buf[DEPTH_BINS]; };
 
 shared uint counts_sh[DEPTH_BINS];
@@ -26,8 +26,8 @@ void main() {
     ivec2 size = imageSize(depth_img);
     for (int y = int(gl_WorkGroupID.x); y < size.y; y += int(gl_NumWorkGroups.x))
         for (int x = worker; x < size.x; x += WORKERS) {
-            precise float above = reciprocal(imageLoad(depth_img, ivec2(x, y)).r) - low;
-            precise float bin = above * per_step;
+            precise float above = reciprocal(imageLoad(depth_img, ivec2(x, y)).r) - low_dioptres;
+            precise float bin = above * bins_per_dioptre;
             atomicAdd(counts_sh[clamp(int(bin), 0, DEPTH_BINS - 1)], 1u);
         }
     barrier();

@@ -44,16 +44,16 @@ layout(rgba32f) writeonly uniform image2D mean_img;
 
 // The light of the surface at a hit towards the eye.
 vec3 light_at(Hit hit, vec3 to_eye) {
-    Instance placed_instance = instances[hit.instance];
+    Instance hit_instance = instances[hit.instance];
     uvec4 c = triangles[hit.triangle];
     vec3 position = mat3(position_of(c.x), position_of(c.y), position_of(c.z)) * hit.weights;
     vec3 normal = mat3(normal_of(c.x), normal_of(c.y), normal_of(c.z)) * hit.weights;
-    vec3 position_m = (placed_instance.to_world * vec4(position, 1.0)).xyz;
+    vec3 position_m = (hit_instance.to_world * vec4(position, 1.0)).xyz;
     Uv uv = uv_at(hit.triangle, hit.weights);
     vec3 tint = tint_at(hit.triangle, hit.weights).rgb;
-    normal = normal * mat3(placed_instance.to_object);  // by the inverse transpose
-    vec4 tangent = tangent_at(hit.triangle, hit.weights, mat3(placed_instance.to_world));
-    uint material = placed_instance.numbers.x;
+    normal = normal * mat3(hit_instance.to_object);  // by the inverse transpose
+    vec4 tangent = tangent_at(hit.triangle, hit.weights, mat3(hit_instance.to_world));
+    uint material = hit_instance.numbers.x;
     return shade(surface_of(material, position_m, normal, tangent, uv, tint, to_eye), to_eye);
 }
 

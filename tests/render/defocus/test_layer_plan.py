@@ -33,7 +33,7 @@ def layer_plans_of(coc: np.ndarray, size: tuple[int, int] = LARGE) -> list[Layer
 @given(COCS)
 def test_reduced_layer_has_least_coc_in_reduced_pixels(coc: np.ndarray) -> None:
     for plan in layer_plans_of(coc):
-        low, high = plan.ends_px
+        low, high = plan.coc_range_px
         layer_coc_px = np.abs(coc[(coc > low) & (coc < high)])
         assert plan.reduction == 1 or layer_coc_px.min() >= plan.reduction * LEAST_REDUCED_PX
 
@@ -45,9 +45,9 @@ def test_near_layer_reduction_ignores_coc_of_other_layers(
     """Check that a new coc value in any layer leaves the reduction of the near layers unchanged."""
     before, after = (
         {
-            plan.ends_px: plan.reduction
+            plan.coc_range_px: plan.reduction
             for plan in layer_plans_of(np.sort(cocs))
-            if plan.ends_px[1] < 0
+            if plan.coc_range_px[1] < 0
         }
         for cocs in (coc, np.append(coc, added_coc_px))
     )

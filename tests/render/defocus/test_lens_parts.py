@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from heatlens.core.model.lens.aperture import Aperture
 from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.core.model.shot.settings import PARTS
-from heatlens.render.defocus.lens_parts import lens_parts, part_centres
+from heatlens.render.defocus.lens_parts import lens_parts, part_centers
 from heatlens.render.gpu.shader_constants import PART_GRID_SIDE
 from support.opening_images import letter, opening_images
 
@@ -43,12 +43,12 @@ def sample_opening(
 
 
 @pytest.mark.parametrize("parts", PARTS)
-def test_part_centres_have_mean_and_variance_of_round_opening(parts):
-    centres = part_centres(parts)
-    assert centres.shape == (parts, 2)
-    np.testing.assert_allclose(centres.mean(0), 0, atol=1e-12)
+def test_part_centers_have_mean_and_variance_of_round_opening(parts):
+    centers = part_centers(parts)
+    assert centers.shape == (parts, 2)
+    np.testing.assert_allclose(centers.mean(0), 0, atol=1e-12)
     own = np.eye(2) / (4 * parts)
-    np.testing.assert_allclose(centres.T @ centres / parts + own, np.eye(2) / 4, atol=1e-12)
+    np.testing.assert_allclose(centers.T @ centers / parts + own, np.eye(2) / 4, atol=1e-12)
 
 
 @pytest.mark.parametrize("parts", PARTS)
@@ -56,7 +56,7 @@ def test_lens_parts_of_plain_opening_have_equal_area(parts):
     sub_apertures = lens_parts(disc_of(Aperture(squeeze=2.0)), SIZE, parts)
     assert sub_apertures.shape == (parts, 1, 4)
     np.testing.assert_allclose(
-        sub_apertures[:, 0, :2], part_centres(parts) * (0.25, -0.5), atol=1e-12
+        sub_apertures[:, 0, :2], part_centers(parts) * (0.25, -0.5), atol=1e-12
     )
     np.testing.assert_allclose(
         sub_apertures[:, 0, 2:], [(parts**-0.5, 1 / parts)] * parts, rtol=1e-12
@@ -70,15 +70,15 @@ def test_lens_parts_keep_mean_and_variance_of_shaped_opening(number):
     corners = [0, PART_GRID_SIDE - 1, PART_GRID_SIDE**2 - 1] if sub_apertures.shape[1] > 1 else [0]
     for k in corners:
         position_px = SIZE[0] * (k % PART_GRID_SIDE) / 8, SIZE[1] * (k // PART_GRID_SIDE) / 8
-        centre, width, light = (
+        center, width, light = (
             sub_apertures[:, k, :2],
             sub_apertures[:, k, 2],
             sub_apertures[:, k, 3],
         )
         middle, variances = sample_opening(disc, position_px)
-        mean_centre = np.average(centre, axis=0, weights=light)
-        np.testing.assert_allclose(mean_centre, middle, atol=0.015)
-        spread = np.average((centre - mean_centre) ** 2, axis=0, weights=light)
+        mean_center = np.average(center, axis=0, weights=light)
+        np.testing.assert_allclose(mean_center, middle, atol=0.015)
+        spread = np.average((center - mean_center) ** 2, axis=0, weights=light)
         inside = np.average(width**2, weights=light) / 16 * np.square(disc.half_extents)
         np.testing.assert_allclose((spread + inside).sum(), variances.sum(), rtol=0.06)
 

@@ -55,7 +55,7 @@ def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, fl
         assert head[3] == head[6] == np.count_nonzero(words)
         assert head[0] == -(-head[6] // Slices(ctx).count(size))
         assert tuple(head[4:6]) == (plan.reduction, plan.reduction)
-        masks.append((words != 0, plan.ends_px, plan.reduction))
+        masks.append((words != 0, plan.coc_range_px, plan.reduction))
     return masks
 
 

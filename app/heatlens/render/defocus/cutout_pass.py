@@ -74,9 +74,14 @@ class CutoutPass:
         self._program = ComputeProgram(ctx, "defocus/cutout_over.comp.glsl")
         self._ground = ComputeProgram(ctx, "defocus/cutout_ground.comp.glsl")
 
-    def over_layers(self, sharp: SharpPart, ends_px: tuple[float, float], color: Texture) -> None:
-        """Composite the part whose coc is within `ends_px` over `color`, which keeps its alpha."""
-        self._run(sharp, sharp.coc, ends_px, color, is_on_top=False)
+    def over_layers(
+        self, sharp: SharpPart, coc_range_px: tuple[float, float], color: Texture
+    ) -> None:
+        """Composite over `color`, which keeps its alpha, the part with a coc in `coc_range_px`.
+
+        The range holds its lower end, not its upper one.
+        """
+        self._run(sharp, sharp.coc, coc_range_px, color, is_on_top=False)
 
     def on_top(self, sharp: SharpPart, coc: Texture, color: Texture) -> None:
         """Composite over `color` all that a picture with this signed `coc` does not hide."""
@@ -95,11 +100,14 @@ class CutoutPass:
         self,
         sharp: SharpPart,
         coc: Texture,
-        ends_px: tuple[float, float],
+        coc_range_px: tuple[float, float],
         color: Texture,
         is_on_top: bool,
     ) -> None:
-        """Composite the part with its coc between `ends_px` over `color`."""
+        """Composite over `color` the part with a coc in `coc_range_px`.
+
+        `coc` is that of the picture without the part; it is used only if `is_on_top`.
+        """
         self._program.dispatch(
             pixel_groups(color.size),
             textures={
@@ -109,5 +117,5 @@ class CutoutPass:
                 "coc_tx": coc,
             },
             images={"out_color_img": color},
-            uniforms={"ends_px": ends_px, "is_on_top": is_on_top},
+            uniforms={"coc_range_px": coc_range_px, "is_on_top": is_on_top},
         )

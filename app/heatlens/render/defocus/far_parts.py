@@ -198,7 +198,7 @@ class FarPartsPass:
             self._bands.run(
                 self._program("sum", len(positions)),
                 (width + 1, height + 1),
-                _part_uniforms(positions) | zone.tiles.uniforms | {"begins": part is None},
+                _part_uniforms(positions) | zone.tiles.uniforms | {"is_first": part is None},
                 textures={"view_tx": memory.view},
                 images={"sum_img": total},
                 buffers=zone.buffers | {"head_block": memory.heads},

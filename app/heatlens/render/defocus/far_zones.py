@@ -140,7 +140,7 @@ class FarZones:
                 pixel_groups(size),
                 textures={"zone_tx": source},
                 images={"out_zone_img": target},
-                uniforms=reach | {"along": direction},
+                uniforms=reach | {"axis": direction},
             )
         return zone
 

@@ -61,7 +61,7 @@ class FocusOffsetSurvey:
         line = CocLine(0.0, 1.0, focus_offset)  # gives dioptres, not pixels
         lists = None if fragments is None else ListedFragments(fragments, line)
         uniforms = line.focus_offset_uniforms if lists is None else lists.uniforms
-        per_step = 1.0 / max(bin_step(low, high), 1e-30)
+        bins_per_dioptre = 1.0 / max(bin_step(low, high), 1e-30)
         counts = self._ctx.buffer(reserve=4 * BINS)
         counts.clear()
         self._program = self._program or ListProgram(
@@ -71,7 +71,7 @@ class FocusOffsetSurvey:
             pixel_groups(depth.size),
             textures={"depth_tx": depth},
             buffers={"count_block": counts} | list_buffers(lists),
-            uniforms=uniforms | {"low": low, "per_step": per_step},
+            uniforms=uniforms | {"low_dioptres": low, "bins_per_dioptre": bins_per_dioptre},
         )
         in_bins = np.frombuffer(counts.read(), np.uint32).astype(np.int64)
         counts.release()

@@ -10,7 +10,7 @@ from heatlens.render.defocus.listed_fragments import (
     list_uniforms,
 )
 from heatlens.render.defocus.optics import Optics
-from heatlens.render.defocus.pixel_list import OF_BACK, OF_FRONT, PixelBands, Slices, clear_list
+from heatlens.render.defocus.pixel_list import OF_FIRST, OF_SECOND, PixelBands, Slices, clear_list
 from heatlens.render.gpu.device import Buffer, Device, Texture
 from heatlens.render.gpu.program import ComputeProgram
 
@@ -73,10 +73,10 @@ class FragmentPass:
         self._near = ListProgram(ctx, "defocus/fragments_near.comp.glsl")
         self._bands, self._slices = PixelBands(ctx), Slices(ctx)
 
-    # Far rims are listed from the front of a buffer and near rims from its back, and each kind has
-    # its own pass, because a software rasterizer runs both sides of every branch: one pass for both
-    # took 238 ms instead of 115. Near rims come first: their own color is found once, and far rims
-    # beside them read it. Hair has a list of its own for the same reason.
+    # Far rims are in the first list and near rims in the second, and each kind has its own pass,
+    # because a software rasterizer runs both sides of every branch: one pass for both took 238 ms
+    # instead of 115. Near rims come first: their own color is found once, and far rims beside them
+    # read it. Hair has a list of its own for the same reason.
     def steps(
         self, picture: Fragments, optics: Optics, pixels: Buffer, thin: Buffer
     ) -> Iterator[None]:
@@ -97,12 +97,14 @@ class FragmentPass:
         first_images: _Images = {"out_far_img": picture.far, "out_near_img": picture.near}
         thin_buffers: _Buffers = {"pixel_list_block": thin}
         list_inputs, list_values = edge_buffers | list_buffers(lists), list_uniforms(lists)
+        # A program, the list that it works through, the byte offset of its workgroups there, and
+        # the images, buffers and uniforms that it needs besides those of all passes.
         passes: tuple[tuple[ComputeProgram, Buffer, int, _Images, _Buffers, _Uniforms], ...]
         passes = (
-            (own, pixels, OF_BACK, first_images, list_inputs | thin_buffers, list_values),
-            (far, pixels, OF_FRONT, split_images, list_inputs | thin_buffers, list_values),
-            (self._thin, thin, OF_FRONT, split_images, thin_buffers, {}),
-            (near, pixels, OF_BACK, split_images, list_inputs, list_values),
+            (own, pixels, OF_SECOND, first_images, list_inputs | thin_buffers, list_values),
+            (far, pixels, OF_FIRST, split_images, list_inputs | thin_buffers, list_values),
+            (self._thin, thin, OF_FIRST, split_images, thin_buffers, {}),
+            (near, pixels, OF_SECOND, split_images, list_inputs, list_values),
         )
         for program, pixel_buffer, offset, images, buffers, extra_uniforms in passes:
             for slice_uniforms in self._slices.of(picture.color.size):

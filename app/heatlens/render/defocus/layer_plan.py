@@ -45,7 +45,7 @@ class LayerPlan:
         return [replace(self, reduction=self.reduction // 2, share=1.0), self]
 
     @property
-    def ends_px(self) -> tuple[float, float]:
+    def coc_range_px(self) -> tuple[float, float]:
         """The range of signed coc that belongs to the layer, with its transitions."""
         near, far = self.cut.near, self.cut.far
         return near.at_px - near.half_width_px, far.at_px + far.half_width_px
@@ -53,7 +53,7 @@ class LayerPlan:
     @property
     def is_in_focus(self) -> bool:
         """True if the layer may contain pixels in focus."""
-        low_px, high_px = self.ends_px
+        low_px, high_px = self.coc_range_px
         return low_px < 1.0 and high_px > -1.0
 
     def size(self, picture: tuple[int, int]) -> tuple[int, int]:
@@ -85,7 +85,7 @@ def _plan_layer(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
     """Plan the layer of `cut` in a picture whose shorter side is `side_px`."""
     coc = optics.occupied_px
     # a plan of the cut alone, only for its ends
-    low, high = (np.searchsorted(coc, end) for end in LayerPlan(cut, 1, 0.0, 0.0).ends_px)
+    low, high = (np.searchsorted(coc, end) for end in LayerPlan(cut, 1, 0.0, 0.0).coc_range_px)
     layer_coc = coc[max(low - 1, 0) : high + 1]  # a limit may lie within a bin
     widest_px = float(np.max(np.abs(layer_coc), initial=0.0))
     narrowest_px = _least_px(cut, float(layer_coc[-1])) * min(optics.disc.spreads)

@@ -50,7 +50,7 @@ def _picture_positions(disc: DiscShape, size: Pair) -> list[Pair]:
 
 def _parts_at(disc: DiscShape, parts: int, position_px: Pair) -> Array:
     """Return center x and y in radii of the lens, width and share of light of each part."""
-    centers, widths = part_centres(parts), np.full(parts, parts**-0.5)
+    centers, widths = part_centers(parts), np.full(parts, parts**-0.5)
     if disc.is_plain:
         return np.column_stack([centers, widths, np.full(parts, 1 / parts)])
     # The opening is compared with a round one that was sampled at the same points.
@@ -86,12 +86,12 @@ def _lens_samples(parts: int) -> tuple[Array, Array, NDArray[np.intp]]:
     """Return the sample points x and y, -1 to 1, and for each the number of the nearest part."""
     along = (np.arange(_SIDE) + 0.5) * 2 / _SIDE - 1
     x, y = (axis.ravel() for axis in np.meshgrid(along, along))
-    centres = part_centres(parts)
-    distances = np.hypot(x[:, None] - centres[:, 0], y[:, None] - centres[:, 1])
+    centers = part_centers(parts)
+    distances = np.hypot(x[:, None] - centers[:, 0], y[:, None] - centers[:, 1])
     return x, y, distances.argmin(axis=1)
 
 
-def part_centres(parts: int) -> Array:
+def part_centers(parts: int) -> Array:
     """Return the centers (n, 2) of parts of a round lens of radius 1, all of the same area.
 
     They are in rings of 1, 6, 12, ... parts. Their mean is 0, and with discs of the parts' area

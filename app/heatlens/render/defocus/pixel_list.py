@@ -53,7 +53,7 @@ class PixelBands:
 WHOLE_LIST: dict[str, object] = {"list_slice": (0, 1)}  # see lib/list_slice.lib.glsl
 # Workgroups x, y, z of the later pass, and a count; three times in lib/two_lists.lib.glsl.
 _HEAD = struct.pack("12I", *(0, 1, 1, 0) * 3)
-OF_FRONT, OF_BACK, OF_BOTH = 0, 16, 32  # byte offsets of their workgroups
+OF_FIRST, OF_SECOND, OF_BOTH = 0, 16, 32  # byte offsets of the workgroups of each list, and of both
 
 
 def list_bytes(size: tuple[int, int]) -> int:

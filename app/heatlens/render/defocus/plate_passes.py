@@ -64,7 +64,7 @@ class CropPass:
             pixel_groups(out.size),
             textures={"from_tx": whole},
             images={"out_img": out},
-            uniforms={"origin": origin, "fine": reduction, "light_scale": light_scale},
+            uniforms={"origin": origin, "reduction": reduction, "light_scale": light_scale},
         )
 
     def release(self) -> None:
@@ -79,14 +79,14 @@ class RescalePass:
         self._program = ComputeProgram(ctx, "defocus/rescale.comp.glsl")
 
     def run(
-        self, picture: Texture, centre: tuple[float, float], ratio: float, out: Texture
+        self, picture: Texture, center: tuple[float, float], ratio: float, out: Texture
     ) -> None:
-        """Scale the picture by 1/`ratio` about `centre` (x, y), to `out` of the same size."""
+        """Scale the picture by 1/`ratio` about `center` (x, y), to `out` of the same size."""
         self._program.dispatch(
             pixel_groups(out.size),
             textures={"from_tx": picture},
             images={"out_img": out},
-            uniforms={"centre": centre, "ratio": ratio},
+            uniforms={"center": center, "ratio": ratio},
         )
 
     def release(self) -> None:
@@ -128,7 +128,7 @@ class ColorPass:
             pixel_groups(out.size),
             textures={"picture_tx": picture},
             images={"out_color_img": out},
-            uniforms={"taken": tuple(float(channel in channels) for channel in range(4))},
+            uniforms={"copied_channels": tuple(float(channel in channels) for channel in range(4))},
         )
 
 

@@ -158,7 +158,7 @@ def _weight_uniforms(
         return None
     across, up = pupil.half_extents_m
     return pupil.uniforms(view.size) | {
-        "lens_at": (offset_m[0] / across, offset_m[1] / up),
+        "lens_point": (offset_m[0] / across, offset_m[1] / up),
         "focus_dioptres": 1 / view.focus_m,
         **view.focus_offset.uniforms(1.0),
         "focal_px": view.focal_px,

@@ -18,6 +18,11 @@ _GROUPS_MOST = 128
 _START = np.array([0xFFFFFFFF, 0, 0, 0], np.uint32)
 
 
+def _bin_uniforms(low: float, step: float) -> dict[str, object]:
+    """Return the uniforms of bins of `step` dioptres, the first of which begins at `low`."""
+    return {"low_dioptres": low, "bins_per_dioptre": float(np.float32(1 / step))}
+
+
 @dataclass(frozen=True, eq=False)
 class DepthStatistics:
     """The range of a picture's depths, and the distribution of its dioptres.
@@ -86,7 +91,7 @@ class DepthSurvey:
         self._fragments_program.dispatch(
             (min(groups_for(max(count, 1), WORD_GROUP), _GROUPS_MOST), 1),
             buffers={"fragment_block": words, "count_block": self._counts},
-            uniforms={"fragment_count": count, "low": 0.0, "per_step": float(np.float32(1 / step))},
+            uniforms={"fragment_count": count, **_bin_uniforms(0.0, step)},
         )
         return ValueBins(0.0, nearest, self._read_counts())
 
@@ -99,7 +104,7 @@ class DepthSurvey:
             groups,
             images={"depth_img": depth},
             buffers={"count_block": self._counts},
-            uniforms={"low": low, "per_step": float(np.float32(1 / step))},
+            uniforms=_bin_uniforms(low, step),
         )
 
     def _read_counts(self) -> npt.NDArray[np.int64]:

@@ -23,6 +23,7 @@ from heatlens.render.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
 _SHADER = "scene_gpu/ray_trace.comp.glsl"
 _DEFINES = ("HOLES", "COLORS", "BUMPS", "PLACEMENTS")  # variants of the shader
 _RAYS_PER_STEP = 2**17  # some tenths of a second on a processor, so that the window responds
+_INSTANCE_TREE_BYTES = 8  # `InstanceTree` of lib/bvh.lib.glsl
 
 
 class RayTracer:
@@ -161,10 +162,13 @@ class SceneTrees:
         instances = len(buffers.scene.instances)
         self._triangles = ctx.buffer(trees.triangles.tobytes() or bytes(16))
         self._nodes = ctx.buffer(self._with_instance_nodes(trees, instances).tobytes())
-        self._leaf_records = ctx.buffer(reserve=8 * instances)
+        self._instance_trees = ctx.buffer(reserve=_INSTANCE_TREE_BYTES * instances)
 
     def _with_instance_nodes(self, trees: MeshTrees, instances: int) -> NDArray[np.void]:
-        """Return the nodes with space for a tree over the instances, one in each leaf."""
+        """Return the nodes with space after them for a tree over the instances.
+
+        With one instance in each leaf, it has one node less than twice as many.
+        """
         return np.concatenate([trees.nodes, np.zeros(2 * instances - 1, NODE)])
 
     @property
@@ -174,7 +178,7 @@ class SceneTrees:
             "vertices_block": self.buffers.vertices,
             "triangles_block": self._triangles,
             "nodes_block": self._nodes,
-            "placed_block": self._leaf_records,
+            "instance_trees_block": self._instance_trees,
         }
         return self.buffers.storage | self.buffers.vertex_storage | tree_blocks
 
@@ -193,10 +197,11 @@ class SceneTrees:
         # children are numbered among the nodes of all trees
         nodes["first"][nodes["count"] < 0] += self.root
         self._nodes.write(nodes.tobytes(), offset=self.root * NODE.itemsize)
-        records = np.stack([tree.order, self._roots[meshes[tree.order]]], axis=1)
-        self._leaf_records.write(records.astype(np.int32).tobytes())
+        # for each leaf, its instance and the root of that mesh's tree
+        instance_trees = np.stack([tree.order, self._roots[meshes[tree.order]]], axis=1)
+        self._instance_trees.write(instance_trees.astype(np.int32).tobytes())
 
     def release(self) -> None:
         """Release the buffers that do not belong to the scene."""
-        for buffer in (self._triangles, self._nodes, self._leaf_records):
+        for buffer in (self._triangles, self._nodes, self._instance_trees):
             buffer.release()

@@ -253,7 +253,7 @@ class BareSweeps:
         self._conductances = [new_texture(ctx, size, 1) for _ in range(2)]
         self._scratch = {
             block: ctx.buffer(reserve=per_pixel * size[0] * size[1])
-            for block, per_pixel in (("bare_weight_block", 4), ("bare_part_block", 16))
+            for block, per_pixel in (("bare_weight_block", 4), ("bare_constant_block", 16))
         }
         upload(self._color, color)
         for axis, texture in enumerate(self._conductances):
