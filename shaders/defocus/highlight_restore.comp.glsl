@@ -2,26 +2,26 @@
 // too many of them, or in blocks that belong to bright surfaces. If all are drawn, the pass runs on no workgroups.
 //
 // Inputs
-//   high_tx, lit_buf  rgb removed light, a its signed coc (circle of confusion, diameter in pixels), of the pixels
-//                     whose bit is set in lit_buf (highlight_split.comp.glsl)
-//   plan              highlight_plan.comp.glsl: the level that is drawn
-//   tally_buf         highlight_sprites.comp.glsl: number of sprites of each block; a block with none is not drawn
+//   highlight_tx, lit_buf   rgb removed light, a its signed coc (circle of confusion, diameter in pixels), of the
+//                      pixels whose bit is set in lit_buf (highlight_split.comp.glsl)
+//   plan               highlight_plan.comp.glsl: the level that is drawn
+//   tally_buf          highlight_sprites.comp.glsl: number of sprites of each block; a block with none is not drawn
 // In and out
-//   low_img           rgb light to diffuse, with the restored highlights after the pass; a is kept
+//   rest_img           rgb light to diffuse, with the restored highlights after the pass; a is kept
 // Output
-//   low_fragment_buf  with LISTS: the fragments, with their light restored
+//   rest_fragment_buf  with LISTS: the fragments, with their light restored
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
-layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
+layout(std430) writeonly buffer rest_fragment_block { uint rest_fragment_buf[]; };
 uniform sampler2D coc_tx;
 
 // Restores the list of a pixel. Returns true if the pixel's highlight was taken from the list, and so need not be added
-// to low_img: the visible surface is in the list, or the highlight has another coc than the visible surface.
-bool restore_list(ivec2 at, float high_coc) {
+// to rest_img: the visible surface is in the list, or the highlight has another coc than the visible surface.
+bool restore_list(ivec2 at, float highlight_coc) {
     List list = list_at(at);
-    for (uint i = WORDS * list.first; i < WORDS * list.end; ++i) low_fragment_buf[i] = fragment_buf[i];
-    return list.has_front || high_coc != texelFetch(coc_tx, at, 0).r;
+    for (uint i = WORDS * list.first; i < WORDS * list.end; ++i) rest_fragment_buf[i] = fragment_buf[i];
+    return list.has_front || highlight_coc != texelFetch(coc_tx, at, 0).r;
 }
 #endif
 
@@ -30,25 +30,25 @@ bool restore_list(ivec2 at, float high_coc) {
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform sampler2D high_tx;
-layout(rgba32f) uniform image2D low_img;
+uniform sampler2D highlight_tx;
+layout(rgba32f) uniform image2D rest_img;
 layout(std430) readonly buffer tally_block { uint tally_buf[]; };
 layout(std430) readonly buffer plan_block { Plan plan; };
 
 // True if the highlight of a pixel is drawn as a disc.
 bool is_drawn(ivec2 at) {
     if (plan.level == uint(HIGHLIGHT_LEVELS)) return false;
-    ivec2 blocks = (textureSize(high_tx, 0) + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
+    ivec2 blocks = (textureSize(highlight_tx, 0) + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
     return tally_buf[tally_index(int(plan.level), at / HIGHLIGHT_BLOCK, blocks)] > 0u;
 }
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    ivec2 size = textureSize(high_tx, 0);
+    ivec2 size = textureSize(highlight_tx, 0);
     if (any(greaterThanEqual(at, size)) || is_drawn(at)) return;
-    vec4 high = texelFetch(high_tx, at, 0);
+    vec4 highlight = texelFetch(highlight_tx, at, 0);
 #ifdef LISTS
-    if (restore_list(at, high.a)) return;
+    if (restore_list(at, highlight.a)) return;
 #endif
-    if (is_lit(at, size)) imageStore(low_img, at, imageLoad(low_img, at) + vec4(high.rgb, 0.0));
+    if (is_lit(at, size)) imageStore(rest_img, at, imageLoad(rest_img, at) + vec4(highlight.rgb, 0.0));
 }

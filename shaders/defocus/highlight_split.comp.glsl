@@ -3,18 +3,18 @@
 // few per cent of a highlight may be brighter than the wall behind it.
 //
 // Inputs (coc: signed circle of confusion, diameter in pixels, negative in front of the focus)
-//   color_tx          scene-linear rgb; a is copied
-//   surroundings_tx   out_luminance_img of highlight_luminance.comp.glsl, diffused; one pixel for 2 x 2
-//   luminance_tx      with LISTS: the same before it was diffused
-//   coc_tx            r coc
+//   color_tx           scene-linear rgb; a is copied
+//   surroundings_tx    out_luminance_img of highlight_luminance.comp.glsl, diffused; one pixel for 2 x 2
+//   luminance_tx       with LISTS: the same before it was diffused
+//   coc_tx             r coc
 // Outputs
-//   out_low_img       rgb light to diffuse, a of the picture
-//   out_high_img      rgb removed light, a coc at which it is drawn; written for pixels with a highlight only
-//   lit_buf           bits of these pixels (lib/lit_bits.lib.glsl); highlight_luminance.comp.glsl has set all to 0
-//   out_around_img    r luminance of the surroundings, one pixel for 2 x 2, for hidden_fill.comp.glsl; NO_HIGHLIGHT on
-//                     bright surfaces
-//   low_fragment_buf  with LISTS: a copy of the fragments, which lose their highlights here. A highlight behind the
-//                     visible surface is put into out_high_img if no surface in front of it has one
+//   out_rest_img       rgb light to diffuse, a of the picture
+//   out_highlight_img  rgb removed light, a coc at which it is drawn; written for pixels with a highlight only
+//   lit_buf            bits of these pixels (lib/lit_bits.lib.glsl); highlight_luminance.comp.glsl has set all to 0
+//   out_around_img     r luminance of the surroundings, one pixel for 2 x 2, for hidden_fill.comp.glsl; NO_HIGHLIGHT
+//                      on bright surfaces
+//   rest_fragment_buf  with LISTS: a copy of the fragments, which lose their highlights here. A highlight behind the
+//                      visible surface is put into out_highlight_img if no surface in front of it has one
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
@@ -28,13 +28,13 @@ uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 uniform sampler2D color_tx;
 uniform sampler2D surroundings_tx;
 uniform sampler2D coc_tx;
-layout(rgba32f) uniform writeonly image2D out_low_img;
-layout(rgba32f) uniform writeonly image2D out_high_img;
+layout(rgba32f) uniform writeonly image2D out_rest_img;
+layout(rgba32f) uniform writeonly image2D out_highlight_img;
 layout(r16f) uniform writeonly image2D out_around_img;
 
 #ifdef LISTS
 uniform sampler2D luminance_tx;
-layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
+layout(std430) writeonly buffer rest_fragment_block { uint rest_fragment_buf[]; };
 #endif
 
 // Discs smaller than LEAST_COC_PX stay pixels, those larger than WHOLE_COC_PX are drawn in full, with a
@@ -82,10 +82,10 @@ float highlight_coc(ivec2 at, bool is_searched) {
 // Copies a fragment with another color; its coverage and dioptres stay.
 void store_fragment(uint number, vec3 color) {
     uint at = WORDS * number;
-    low_fragment_buf[at] = packHalf2x16(color.rg);
+    rest_fragment_buf[at] = packHalf2x16(color.rg);
     uint cover = fragment_buf[at + 1u] & 0xffff0000u;
-    low_fragment_buf[at + 1u] = cover | packHalf2x16(vec2(color.b, 0.0)) & 0xffffu;
-    low_fragment_buf[at + 2u] = fragment_buf[at + 2u];
+    rest_fragment_buf[at + 1u] = cover | packHalf2x16(vec2(color.b, 0.0)) & 0xffffu;
+    rest_fragment_buf[at + 2u] = fragment_buf[at + 2u];
 }
 
 // Share of a fragment's light that the fragments closely in front of it let through, which have a coc of `nearest_coc`
@@ -100,28 +100,28 @@ float transmission_past(List list, uint number, float nearest_coc) {
     return transmitted;
 }
 
-// Takes the brightest light of the list that can be drawn into `high` (rgb light, a coc), and stores the list without
-// its highlights. `high` may have a highlight of the visible surface already, which stays. `front_coc` is the coc of
-// the visible surface, `around` and `surface` are the luminance of the surroundings and their degree of being a bright
-// surface.
-void split_list(ivec2 at, float front_coc, float around, float surface, inout vec4 high) {
+// Takes the brightest light of the list that can be drawn into `highlight` (rgb light, a coc), and stores the list
+// without its highlights. `highlight` may be that of the visible surface already, which stays then. `front_coc` is the
+// coc of the visible surface, `around` and `surface` are the luminance of the surroundings and their degree of being a
+// bright surface.
+void split_list(ivec2 at, float front_coc, float around, float surface, inout vec4 highlight) {
     List list = list_at(at);
-    if (list.has_front) high.rgb = vec3(0.0);  // the list has the visible surface's highlight too
-    bool may_draw = mean_of(high.rgb) == 0.0;  // a pixel draws one highlight; a visible one keeps those behind out
+    if (list.has_front) highlight.rgb = vec3(0.0);  // the list has the visible surface's highlight too
+    bool may_draw = mean_of(highlight.rgb) == 0.0;  // a pixel draws one highlight; a visible one keeps those behind out
     if (texelFetch(luminance_tx, at >> 1, 0).a <= limit_of(around)) list.end = list.first;  // nothing is bright
     float uncovered = list.has_front ? 1.0 : 0.0;  // share of the pixel not covered by the fragments so far
     for (uint i = list.first; i < list.end; ++i) {
         Fragment fragment = fragment_of(i);
         // Share of the fragment's light that is a highlight and would be drawn.
-        float high_share = disc_share(abs(fragment.coc)) * (1.0 - surface) * highlight_share(fragment.color, around);
+        float drawn_share = disc_share(abs(fragment.coc)) * (1.0 - surface) * highlight_share(fragment.color, around);
         float margin = max(MARGIN_PX, MARGIN_SHARE * abs(fragment.coc));
-        vec3 light = high_share * fragment.color, drawn_light = fragment.cover * light;
-        if (high_share > 0.0) drawn_light *= transmission_past(list, i, fragment.coc - margin);
+        vec3 light = drawn_share * fragment.color, drawn_light = fragment.cover * light;
+        if (drawn_share > 0.0) drawn_light *= transmission_past(list, i, fragment.coc - margin);
         bool is_front = list.has_front && i == list.first, is_hidden = uncovered < HIDDEN;
         // Closer behind the visible surface than the margin, a light would be drawn as if nothing hid it.
         bool is_apart = is_front || fragment.coc - front_coc > margin;
-        bool is_drawn = may_draw && is_apart && mean_of(drawn_light) > mean_of(high.rgb);
-        if (is_drawn) high = vec4(drawn_light, fragment.coc);
+        bool is_drawn = may_draw && is_apart && mean_of(drawn_light) > mean_of(highlight.rgb);
+        if (is_drawn) highlight = vec4(drawn_light, fragment.coc);
         if (is_drawn && !is_hidden) may_draw = false;
         store_fragment(i, is_drawn || is_hidden ? fragment.color - light : fragment.color);
         uncovered *= 1.0 - fragment.cover;
@@ -135,21 +135,21 @@ void main() {
     vec4 x = texelFetch(color_tx, at, 0);
     float coc = texelFetch(coc_tx, at, 0).r;
     vec4 surroundings = texelFetch(surroundings_tx, at >> 1, 0);
-    // high_share: share of the pixel's light that is removed and drawn.
+    // drawn_share: share of the pixel's light that is removed and drawn.
     float around = surroundings.r, surface = surface_of(surroundings.b);
-    float high_share = (1.0 - surface) * highlight_share(x.rgb, around), lamp_coc = coc;
-    float brightest_coc = highlight_coc(at, high_share > 0.0);
-    if (high_share > 0.0) {
+    float drawn_share = (1.0 - surface) * highlight_share(x.rgb, around), lamp_coc = coc;
+    float brightest_coc = highlight_coc(at, drawn_share > 0.0);
+    if (drawn_share > 0.0) {
         lamp_coc = brightest_coc;
-        high_share *= disc_share(max(abs(coc), abs(lamp_coc)));
+        drawn_share *= disc_share(max(abs(coc), abs(lamp_coc)));
     }
-    vec4 high = vec4(high_share * x.rgb, lamp_coc);
-    imageStore(out_low_img, at, vec4(x.rgb - high_share * x.rgb, x.a));
+    vec4 highlight = vec4(drawn_share * x.rgb, lamp_coc);
+    imageStore(out_rest_img, at, vec4(x.rgb - drawn_share * x.rgb, x.a));
 #ifdef LISTS
-    split_list(at, coc, max(surroundings.g, around), surface, high);
+    split_list(at, coc, max(surroundings.g, around), surface, highlight);
 #endif
-    if (high.rgb != vec3(0.0)) {
-        imageStore(out_high_img, at, high);
+    if (highlight.rgb != vec3(0.0)) {
+        imageStore(out_highlight_img, at, highlight);
         atomicOr(lit_buf[lit_word(at, textureSize(color_tx, 0))], lit_bit(at));
     }
     imageStore(out_around_img, at >> 1, vec4(mix(around, NO_HIGHLIGHT, surface)));

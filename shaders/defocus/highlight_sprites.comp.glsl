@@ -8,7 +8,7 @@
 //
 // Inputs
 //   pixel list         the blocks with highlights (highlight_blocks.comp.glsl)
-//   high_tx, lit_buf   rgb removed light, a coc, of the pixels with a highlight (highlight_split.comp.glsl)
+//   highlight_tx, lit_buf   rgb removed light, a coc, of the pixels with a highlight (highlight_split.comp.glsl)
 //   positions_tx       if `has_positions` (proxy.comp.glsl): rg position of the light in its pixel, in pixels from
 //                      the middle, b its variance along an axis
 // Outputs with COUNT
@@ -33,7 +33,7 @@
 #endif
 layout(local_size_x = PIXELS_PER_GROUP, local_size_y = LEVELS_AT_ONCE) in;
 
-uniform sampler2D high_tx;
+uniform sampler2D highlight_tx;
 uniform sampler2D positions_tx;
 uniform bool has_positions;
 
@@ -66,9 +66,9 @@ int lit_count;  // pixels of the block that have light
 
 // Pixel i of the block in the picture; the removed light of a pixel, 0 if it has no highlight.
 ivec2 pixel(int i) { return corner + ivec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK); }
-vec4 high_at(ivec2 at) {
+vec4 highlight_at(ivec2 at) {
     at = clamp(at, ivec2(0), size - 1);
-    return is_lit(at, size) ? texelFetch(high_tx, at, 0) : vec4(0.0);
+    return is_lit(at, size) ? texelFetch(highlight_tx, at, 0) : vec4(0.0);
 }
 float sum_of(vec3 c) { return c.r + c.g + c.b; }
 bool is_merged(int i) { return (merged_bits[i / 32] >> (i % 32) & 1u) == 1u; }
@@ -78,10 +78,10 @@ bool is_merged(int i) { return (merged_bits[i / 32] >> (i % 32) & 1u) == 1u; }
 float highlight_coc(ivec2 at) {
     float top = 0.0, result = 0.0;
     for (int k = 0; k < 9; ++k) {
-        vec4 high = high_at(at + ivec2(k % 3, k / 3) - 1);
-        if (sum_of(high.rgb) > top) {
-            top = sum_of(high.rgb);
-            result = high.a;
+        vec4 highlight = highlight_at(at + ivec2(k % 3, k / 3) - 1);
+        if (sum_of(highlight.rgb) > top) {
+            top = sum_of(highlight.rgb);
+            result = highlight.a;
         }
     }
     return result;
@@ -91,11 +91,11 @@ float highlight_coc(ivec2 at) {
 // offset towards the brighter pixels, more if less of the pixel is covered. The coverage follows
 // from the brightness relative to the brightest pixel around.
 vec2 light_offset(ivec2 at, float coc_px) {
-    float own = sum_of(high_at(at).rgb), most = own;
+    float own = sum_of(highlight_at(at).rgb), most = own;
     vec2 towards = vec2(0.0);
     for (int k = 0; k < 9; ++k) {
         ivec2 neighbor_offset = ivec2(k % 3, k / 3) - 1;
-        float neighbor_light = sum_of(high_at(at + neighbor_offset).rgb);
+        float neighbor_light = sum_of(highlight_at(at + neighbor_offset).rgb);
         most = max(most, neighbor_light);
         towards += neighbor_light * vec2(neighbor_offset);
     }
@@ -110,7 +110,7 @@ void load_block() {
     lit_count = 0;
     for (int i = 0; i < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK; ++i) {
         ivec2 at = pixel(i);
-        energy[i] = all(lessThan(at, size)) ? sum_of(high_at(at).rgb) : 0.0;
+        energy[i] = all(lessThan(at, size)) ? sum_of(highlight_at(at).rgb) : 0.0;
         lit_count += energy[i] > 0.0 ? 1 : 0;
         if (energy[i] > 0.0) coc[i] = highlight_coc(at);
     }
@@ -155,7 +155,7 @@ Sprite merge_around(ivec2 block_corner, int side, int top) {
         vec3 known = has_positions ? texelFetch(positions_tx, pixel(i), 0).xyz : vec3(0.0);
         vec2 offset = has_positions ? known.xy : light_offset(pixel(i), coc[top]);
         vec2 position = vec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK) + 0.5 + offset;
-        light += texelFetch(high_tx, pixel(i), 0).rgb;
+        light += texelFetch(highlight_tx, pixel(i), 0).rgb;
         weight += energy[i];
         moment += energy[i] * position;
         moment_2 += energy[i] * (dot(position, position) + 2.0 * known.z);
@@ -174,8 +174,8 @@ Sprite merge_around(ivec2 block_corner, int side, int top) {
 // Number of pixels touched by drawing a sprite.
 float area_inside(Sprite sprite) {
     vec2 reach = aperture_reach(0.5 * sprite.disc.z, sprite.disc.w) + 1.0;
-    vec2 low = max(sprite.disc.xy - reach, 0.0), high = min(sprite.disc.xy + reach, vec2(size));
-    return (high.x - low.x) * (high.y - low.y);
+    vec2 lower = max(sprite.disc.xy - reach, 0.0), upper = min(sprite.disc.xy + reach, vec2(size));
+    return (upper.x - lower.x) * (upper.y - lower.y);
 }
 
 // True if most of the block has light, as on a bright surface.
@@ -253,6 +253,6 @@ void merge_block(ivec2 block) {
 }
 
 void main() {
-    size = textureSize(high_tx, 0);
+    size = textureSize(highlight_tx, 0);
     FOR_EACH_LISTED(merge_block)
 }

@@ -8,12 +8,12 @@
 // Include lib/scene.lib.glsl first and, with HOLES, lib/random.lib.glsl.
 //
 // Inputs
-//   vertices    VERTEX_PARTS vec4 for each vertex: position and u, normal and v, with BUMPS the tangent and its sign
-//   triangles   x, y, z numbers of the vertices; w the triangle's number in its mesh, the order of drawing
-//   nodes       all trees, one after the other
-//   instance_trees   for each leaf of the tree over instances, its instance and the root of the mesh's tree
-//   colors      with COLORS, rgba of each vertex
-//   more_uvs    with PLACEMENTS, the second set of texture coordinates of each vertex
+//   vertices         VERTEX_PARTS vec4 for each vertex: position and u, normal and v, with BUMPS tangent and its sign
+//   triangles        x, y, z numbers of the vertices; w the triangle's number in its mesh, the order of drawing
+//   nodes            all trees, one after the other
+//   instance_trees   for each leaf of the tree over instances, its instance and the root of its mesh's tree
+//   colors           with COLORS, rgba of each vertex
+//   more_uvs         with PLACEMENTS, the second set of texture coordinates of each vertex
 
 // NODE of bvh.py: a box from `low` to `high`.
 //   count > 0   a leaf: `count` triangles from number `first` on, or one instance, instance_trees[first]

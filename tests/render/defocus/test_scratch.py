@@ -56,8 +56,9 @@ def test_lifetimes_with_same_memory_do_not_overlap() -> None:
 def test_lifetimes_overlap_on_declared_lifetimes() -> None:
     hidden, tiles = LIFETIMES["hidden list"], LIFETIMES["tile mask"]
     assert lifetimes_overlap(hidden, hidden) and not lifetimes_overlap(hidden, tiles)
-    high, layer = LIFETIMES["high"], LIFETIMES["layer"]
-    assert high.memory == layer.memory and not lifetimes_overlap(high, layer)  # one after the other
+    highlights, layer = LIFETIMES["highlights"], LIFETIMES["layer"]
+    assert highlights.memory == layer.memory  # one after the other
+    assert not lifetimes_overlap(highlights, layer)
 
 
 def test_lifetimes_overlap_on_made_up_lifetimes() -> None:

@@ -39,7 +39,7 @@ class FarSurfaces:
     coc: Texture
     lists: ListedFragments
     least_px: float
-    is_guessed: bool = False  # the surfaces behind it
+    is_guessed: bool = False
 
     @property
     def front_first(self) -> int:
@@ -133,8 +133,8 @@ class FarZones:
             | {"part_scale": _part_scale(far_surfaces, parts)}
             | (_GUESSED_EDGES if far_surfaces.is_guessed else _KNOWN_EDGES),
         )
-        widest_px = max(optics.disc.half_extents) * optics.farthest_px / 2 + _MARGIN_PX
-        reach = {"reach_blocks": min(math.ceil(widest_px / FAR_BLOCK), max(size))}
+        reach_px = max(optics.disc.half_extents) * optics.farthest_px / 2 + _MARGIN_PX
+        reach = {"reach_blocks": min(math.ceil(reach_px / FAR_BLOCK), max(size))}
         for source, target, direction in ((zone, zone_rows, (1, 0)), (zone_rows, zone, (0, 1))):
             spread.dispatch(
                 pixel_groups(size),

@@ -93,32 +93,32 @@ class Surroundings:
 class ListsWithoutHighlights:
     """Fragment lists, and memory for the same lists without their highlights.
 
-    whole      the lists with their highlights
-    low_words  the words of the lists without them
+    whole       the lists with their highlights
+    rest_words  the words of the lists without them
     """
 
     whole: ListedFragments
-    low_words: Buffer
+    rest_words: Buffer
 
     @property
     def lists_to_diffuse(self) -> ListedFragments:
         """The lists whose light is diffused with the layers."""
-        return self.whole.with_words(self.low_words)
+        return self.whole.with_words(self.rest_words)
 
 
 @dataclass(frozen=True)
 class WithoutHighlights:
     """A picture split into its highlights and the rest.
 
-    low     RGBA, the part to diffuse
-    high    RGBA, the part to draw as discs, and its signed coc; written only where `lit` is set
-    lit     a bit for each pixel that has a part to draw (lib/lit_bits.lib.glsl)
-    around  R of half the size, the luminance that highlights exceed
-    lists   the same for fragment lists; None without lists
+    rest        RGBA, the light to diffuse
+    highlights  RGBA, the light to draw as discs and its signed coc; written only where `lit` is set
+    lit         a bit for each pixel that has light to draw (lib/lit_bits.lib.glsl)
+    around      R of half the size, the luminance of the surroundings
+    lists       the same for fragment lists; None without lists
     """
 
-    low: Texture
-    high: Texture
+    rest: Texture
+    highlights: Texture
     lit: Buffer
     around: Texture
     lists: ListsWithoutHighlights | None = None
@@ -132,7 +132,7 @@ class WithoutHighlights:
     def buffers(self) -> dict[str, Buffer]:
         """The storage blocks of the shaders that take highlights out or put them back."""
         lit, lists = {"lit_block": self.lit}, self.lists
-        return lit if lists is None else lit | {"low_fragment_block": lists.low_words}
+        return lit if lists is None else lit | {"rest_fragment_block": lists.rest_words}
 
 
 # Highlights are taken out of the picture, to be drawn as discs: FLIP .107 -> .050 in a still life
@@ -178,7 +178,7 @@ class HighlightSplitPass:
         )
         if lists is not None:
             # The shader takes the highlights out of this copy.
-            lists.whole.packed_lists.words.copy_to(lists.low_words)
+            lists.whole.packed_lists.words.copy_to(lists.rest_words)
         heat = named_kernel("heat")
         diffusion = Diffusion(luminance, half_coc, heat, optics.disc.spreads, _SURROUNDINGS_PX / 2)
         yield from self._blur.steps(diffusion, targets)
@@ -189,7 +189,11 @@ class HighlightSplitPass:
             | ({} if lists is None else {"has_positions": has_positions}),
             textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color}
             | ({} if lists is None else {"luminance_tx": luminance}),
-            images={"out_low_img": out.low, "out_high_img": out.high, "out_around_img": out.around},
+            images={
+                "out_rest_img": out.rest,
+                "out_highlight_img": out.highlights,
+                "out_around_img": out.around,
+            },
             buffers=list_buffers(source_lists) | out.buffers,
         )
 
@@ -230,7 +234,7 @@ class HighlightListPass:
         `coc` is the signed coc of the picture. `positions`, RGBA of the picture's size, has the
         position of each light in its pixel; None if it is not known.
         """
-        size = split.high.size
+        size = split.highlights.size
         plan_buffers = {"plan_block": buffers.plan, "row_block": buffers.row}
         tally_buffers = plan_buffers | {"tally_block": buffers.tally}
         blocks = blocks_for(size, HIGHLIGHT_BLOCK)
@@ -244,7 +248,7 @@ class HighlightListPass:
             group=HIGHLIGHT_GROUP,
             buffers=block_buffers | tally_buffers,
         )
-        textures = {"high_tx": split.high, "positions_tx": positions or split.high}
+        textures = {"highlight_tx": split.highlights, "positions_tx": positions or split.highlights}
         merge_steps = partial(
             self._run_on_blocks,
             textures=textures | self._openings.of(optics.disc.aperture),
@@ -285,14 +289,14 @@ class HighlightListPass:
 
         The plan holds the number of workgroups at its byte 20; it is 0 if nothing is put back.
         """
-        lists, textures = split.lists, {"high_tx": split.high}
+        lists, textures = split.lists, {"highlight_tx": split.highlights}
         source_lists = None if lists is None else lists.whole
         plan_buffers = {"tally_block": buffers.tally, "plan_block": buffers.plan}
         self._restore.version(lists is not None).dispatch(
             buffers.plan,
             offset=20,
             textures=textures if lists is None else textures | {"coc_tx": coc},
-            images={"low_img": split.low},
+            images={"rest_img": split.rest},
             buffers=list_buffers(source_lists) | split.buffers | plan_buffers,
             uniforms=list_uniforms(source_lists),
         )

@@ -110,7 +110,7 @@ def _cost_weights() -> tuple[Array, Array]:
 
 FIRST_CUT_PX = -1.0  # limit between the sharp range and anything in front of it
 FIRST_SOFTNESS_PX = 0.5  # half width of its transition: wide, because every pull passes it
-FAR_CUT_PART = 1 / 3  # position of the far cut, as a share of the farthest coc ...
+FAR_CUT_SHARE = 1 / 3  # position of the far cut, as a share of the farthest coc ...
 FAR_CUT_LEAST_PX = 1.3  # ... but at least this
 FAR_SOFTNESS = 0.2  # half width of its transition, as a share of its coc ...
 FAR_SOFTNESS_LEAST_PX = 0.8  # ... but at least this, because the farthest thing may pass it
@@ -179,7 +179,7 @@ def _scale_layer(layer: LayerCut, proxy: float) -> LayerCut:
 def _cuts_at_full_size(occupied_px: Array, gaps_px: Array, layers_max: int) -> list[LayerCut]:
     """Return the layers of a picture at full size, far to near, without empty ones."""
     farthest_px = float(occupied_px[-1])
-    far_px = max(farthest_px * FAR_CUT_PART, FAR_CUT_LEAST_PX)
+    far_px = max(farthest_px * FAR_CUT_SHARE, FAR_CUT_LEAST_PX)
     far = Cut(far_px, max(far_px * FAR_SOFTNESS, FAR_SOFTNESS_LEAST_PX))
     cuts = [far] if far.at_px - far.half_width_px < farthest_px else []
     cuts = cuts[: layers_max - 1]

@@ -197,31 +197,31 @@ class LayeredBlur:
         highlights = around = None
         if source.has_highlights:
             split = self._allocate_split(color.size, lists)
-            splitting = source, kernel_for(settings), optics, split
-            highlights = yield from self._split_highlights(*splitting)
-            color, around = split.low, split.around
+            inputs = source, kernel_for(settings), optics, split
+            highlights = yield from self._split_highlights(*inputs)
+            color, around = split.rest, split.around
             lists = None if split.lists is None else split.lists.lists_to_diffuse
         source = replace(source, color=color, lists=lists)
         far = yield from self._far_field(source, optics, settings)
         picture = yield from self._split_silhouettes(color, coc, optics, lists, around)
-        # While zones of the far field grow, two pictures are mixed: with and without it.
-        growing_field = far if far is not None and far.zone.growth < 1.0 else None
-        first_turn, second_turn = turn.halves if growing_field is not None else (turn, turn)
+        # While the far field fades in, a picture without it is mixed in: its start must not jump.
+        fading_far = far if far is not None and far.zone.growth < 1.0 else None
+        first_turn, second_turn = turn.halves if fading_far is not None else (turn, turn)
         out = yield from self._composite_layers(
             picture, optics, settings, far, sharp, name, first_turn
         )
-        if growing_field is not None:  # its cut changes the picture everywhere
+        if fading_far is not None:
             without_far = yield from self._composite_layers(
                 picture, optics, settings, None, sharp, "without far", second_turn
             )
-            self._passes.far_parts.mix(without_far, growing_field, out)
+            self._passes.far_parts.mix(without_far, fading_far, out)
             yield self._scratch.end_pass("composite")
         if highlights is not None:
             nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
-            drawing = highlights, picture, nearest, optics, out, sharp
-            steps = self._passes.draw_highlights.steps(*drawing)
+            draw_inputs = highlights, picture, nearest, optics, out, sharp
+            steps = self._passes.draw_highlights.steps(*draw_inputs)
             yield from self._scratch.run_pass("highlights drawn", steps)
-        self._scratch.end_pass("highlights drawn")  # frees the memory without highlights too
+        self._scratch.end_pass("highlights drawn")  # without highlights too; no work, so no step
         return out
 
     def _composite_layers(
@@ -252,8 +252,8 @@ class LayeredBlur:
             self._report_layers(turn.before * len(plans) + index, turn.pictures * len(plans))
             behind = self._copy_colors(out) if plan.share < 1.0 else out
             for sized_plan, layer_tiles in zip(plan.sized_plans, tiles, strict=False):
-                blurring = picture, sized_plan, layer_tiles, optics, settings, out
-                layer = yield from self._layer.steps(*blurring)
+                blur_inputs = picture, sized_plan, layer_tiles, optics, settings, out
+                layer = yield from self._layer.steps(*blur_inputs)
                 if sized_plan.reduction > 1:
                     self._passes.composite.run(layer, sized_plan, behind, out)
                     yield "composite"
@@ -311,14 +311,14 @@ class LayeredBlur:
         self, size: tuple[int, int], lists: ListedFragments | None
     ) -> WithoutHighlights:
         """Return the memory to split a picture of `size`, and its lists, by highlights."""
-        scratch, lists_low = self._scratch, None
+        scratch, rest_lists = self._scratch, None
         if lists is not None:
-            words = scratch.buffer("low fragments", lists.packed_lists.words.size)
-            lists_low = ListsWithoutHighlights(lists, words)
+            words = scratch.buffer("rest fragments", lists.packed_lists.words.size)
+            rest_lists = ListsWithoutHighlights(lists, words)
         around = scratch.texture("around", blocks_for(size, 2), 1, "f2")
-        low, high = (scratch.texture(name, size, 4) for name in ("low", "high"))
+        rest, highlights = (scratch.texture(name, size, 4) for name in ("rest", "highlights"))
         lit = scratch.buffer("lit pixels", WithoutHighlights.lit_bytes(size))
-        return WithoutHighlights(low, high, lit, around, lists_low)
+        return WithoutHighlights(rest, highlights, lit, around, rest_lists)
 
     def _split_highlights(
         self, source: LayeredPicture, kernel: Kernel, optics: Optics, out: WithoutHighlights

@@ -61,33 +61,33 @@ class Traffic:
 class AxisReads:
     """Bytes per pixel that a line system reads and writes along one axis.
 
-    node     read for the conductances of a pixel in the network
-    source   read for the right-hand side
-    finish   read when the answer is stored, unless the pixel is still in registers
-    written  size of the answer
+    conductance  read for the conductances of a pixel
+    source       read for the right-hand side
+    finish       read again when the solution is stored, unless it is still in registers
+    solution     written
     """
 
-    node: int
+    conductance: int
     source: int
     finish: int
-    written: int
+    solution: int
 
 
 def solve_bytes(solver: SolverName, system: LineSystem, reads: AxisReads) -> float:
     """Return the bytes per pixel that a solver moves to solve `system` along one axis."""
     poles, value, link = system.poles, system.value_bytes, 3 * system.scalar_bytes
-    inputs = reads.node + reads.source
+    inputs = reads.conductance + reads.source
     match solver:
         case SolverName.PARTITION:  # everything in between stays on the chip
-            return inputs + reads.written
-        case SolverName.SWEEP:  # s and t of each block, written and read back; pixels twice
+            return inputs + reads.solution
+        case SolverName.SWEEP:  # the state of each block, written and read back; pixels twice
             blocks = poles * (value + system.scalar_bytes) / SweepSolver.BLOCK
-            return 2 * inputs + 2 * blocks + reads.written
+            return 2 * inputs + 2 * blocks + reads.solution
         case SolverName.CYCLIC:
             # Over a long line: LOAD writes a pixel and its links. For each pixel that is
             # eliminated, REDUCE reads it and one that stays, which it writes, and SUBSTITUTE reads
-            # it and one answer beside it, and writes its own. STORE reads the answers.
-            end = reads.finish + reads.written
+            # it and one solution beside it, and writes its own. STORE reads the solutions.
+            end = reads.finish + reads.solution
             load = inputs + poles * (value + link)
             reduce = 3 * poles * (value + link)
             substitute = poles * (value + link + 2 * value)
@@ -100,9 +100,9 @@ def blur_bytes(solver: SolverName, kernel: Kernel) -> float:
     """Return the bytes per pixel of a blur: rows and columns for each step."""
     system = LineSystem("lib/blur_system.lib.glsl", len(kernel.poles), kernel.is_complex)
     poles = _POLE_LAYER * pole_layers(kernel)
-    rows = AxisReads(_COC, _COLOR, 0, poles)
+    rows = AxisReads(conductance=_COC, source=_COLOR, finish=0, solution=poles)
     # At the end the coc is read again, because pixels in focus keep their values.
-    columns = AxisReads(_COC, poles, _COC, _COLOR)
+    columns = AxisReads(conductance=_COC, source=poles, finish=_COC, solution=_COLOR)
     step = solve_bytes(solver, system, rows) + solve_bytes(solver, system, columns)
     return kernel.steps * step
 
@@ -168,11 +168,12 @@ def hidden_fill_bytes(work: Work, runs: int) -> Traffic:
 
 
 def coc_fill_bytes(work: Work, runs: int) -> Traffic:
-    """Count the bytes to extend the coc of a layer under nearer layers, along rows and columns."""
+    """Count the bytes to fill in the coc that nearer layers hide, along rows, then columns."""
     system = LineSystem("lib/fill_system.lib.glsl")
-    # At the end the state is read again, for the share of content.
-    rows = AxisReads(_STATE, 0, _STATE, _STATE)
-    columns = AxisReads(_STATE, _STATE, _STATE, _COC)
+    # At the end the state is read again, for the share of content. For rows it is all that is
+    # read; columns also read the solution of the rows.
+    rows = AxisReads(conductance=_STATE, source=0, finish=_STATE, solution=_STATE)
+    columns = AxisReads(conductance=_STATE, source=_STATE, finish=_STATE, solution=_COC)
     moved = sum(solve_bytes(work.solver, system, reads) for reads in (rows, columns))
     return Traffic(runs * moved, runs * (_STATE + _COC), at_most=True)
 

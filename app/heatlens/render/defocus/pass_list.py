@@ -98,8 +98,8 @@ PASSES: tuple[Pass, ...] = (
         "highlights found",  # at half size, each pixel is compared with its surroundings
         _comp("highlight_luminance", "highlight_split", variants=_LISTS),
         pass_costs.highlights_found_bytes,
-        _own_memory("low", "low fragments", "around")
-        | {"high": "layer", "lit pixels": "pixel list"},
+        _own_memory("rest", "rest fragments", "around")
+        | {"highlights": "layer", "lit pixels": "pixel list"},
         private_memory={
             "surroundings": "hidden cost",
             "surroundings coc": "layer coc",
@@ -114,7 +114,7 @@ PASSES: tuple[Pass, ...] = (
         | _comp("highlight_restore", variants=_LISTS),
         pass_costs.highlights_listed_bytes,
         _own_memory("highlight plan", "highlight sprite"),
-        ("high", "lit pixels"),
+        ("highlights", "lit pixels"),
         _own_memory("highlight row", "highlight lit") | {"highlight tally": "hidden blocks"},
     ),
     Pass(
@@ -196,7 +196,7 @@ PASSES: tuple[Pass, ...] = (
         _draw("highlight_draw", combine_variants(SHAPES, _LISTS)),
         pass_costs.highlights_drawn_bytes,
         reads_last=(
-            *("alpha plate", "low", "low fragments", "around", "highlight plan"),
+            *("alpha plate", "rest", "rest fragments", "around", "highlight plan"),
             *("far sum", "far zone", "tile mask", "tile list", "line segments", "hidden bits"),
             *("highlight sprite", "kind", "far", "near", "tile content", "tile nearest"),
         ),

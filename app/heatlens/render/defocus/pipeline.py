@@ -28,10 +28,11 @@ between. The comment below describes what each pass of a film frame does, and wh
 # coc                depth -> signed diameter of the disc of each pixel, negative before the focus.
 #                    It is the only pass that knows the lens; all later ones read coc alone.
 # alpha              alpha -> a picture of its own, blurred before the color in the same way.
-# highlights found   color, coc -> `low` to diffuse and `high` to draw. The ripple of a sum of
-#                    exponentials is a few per cent, and a few per cent of a lamp that is 300 times
-#                    as bright as the wall behind it are rings. Surroundings are at half size.
-# highlights listed  `high` -> at most 4,096 discs. What would be too many goes back to `low`.
+# highlights found   color, coc -> the highlights, to draw, and the rest, to diffuse. The ripple of
+#                    a sum of exponentials is a few per cent, and a few per cent of a lamp that is
+#                    300 times as bright as the wall behind it are rings. Surroundings are at half
+#                    size.
+# highlights listed  highlights -> at most 4,096 discs. Beyond that they go back to the rest.
 # far parts          lists of surfaces (known, or guessed by `far_guess.py`) -> the mean of the
 #                    views of parts of the lens behind the focus. Only for the quality final: in one
 #                    layer, surfaces of different blur keep light from each other.
@@ -92,7 +93,7 @@ class DefocusPipeline:
         self._passes = passes
         self.scratch = Scratch(ctx)
         self._reduced = ReducedPlate(ctx, passes.proxy, passes.proxy_lists)
-        self._rounds = ColorRounds(passes.colors)
+        self._color_rounds = ColorRounds(passes.colors)
         self._layered = LayeredBlur(passes, self.scratch, self._report_progress)
         self.on_layer: Callable[[int, int], None] | None = None  # called with layers done and total
 
@@ -132,9 +133,9 @@ class DefocusPipeline:
             return picture
 
         if optics.disc.axial_px == 0.0 or settings.method in SAMPLING_COLORS:
-            return (yield from self._rounds.run_once(blur_once, optics))
+            return (yield from self._color_rounds.run_once(blur_once, optics))
         return (
-            yield from self._rounds.run_for_each_color(
+            yield from self._color_rounds.run_for_each_color(
                 blur_once, optics, plate.color.size, self.scratch
             )
         )
@@ -233,7 +234,9 @@ class DefocusPipeline:
         """Report the layers that are done; wait for the GPU only if there is a callback."""
         if self.on_layer is not None:
             self._ctx.finish()
-            self.on_layer(self._rounds.done * layers + done, self._rounds.count * layers)
+            self.on_layer(
+                self._color_rounds.done * layers + done, self._color_rounds.count * layers
+            )
 
     def forget_plate(self) -> None:
         """Forget the reduced plate, because the plate's textures have new content."""

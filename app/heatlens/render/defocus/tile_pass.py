@@ -200,6 +200,8 @@ def _cuts_px(layers: list[LayerCut]) -> tuple[tuple[float, ...], ...]:
     nearer than everything.
     """
     cuts = [a.near for a, b in pairwise(layers) if a != b]
+    # The nearer layer covers in full a little before the middle of the transition, the farther one
+    # from the middle on: KNOWN and COVERS of lib/layer.lib.glsl.
     ends = [
         (at - half, at - 0.1 * half, at, at + half)
         for at, half in ((cut.at_px, cut.half_width_px) for cut in cuts)

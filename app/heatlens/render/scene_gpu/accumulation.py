@@ -27,7 +27,7 @@ from heatlens.render.scene_gpu.raster import SceneRaster
 Colors = tuple[float, float, float, float]  # red, green, blue, alpha: 1 where a view counts
 SIDES_LAYERS = 5  # layers of the image in lib/sides.lib.glsl
 _ALL_COLORS: Colors = (1.0, 1.0, 1.0, 1.0)
-_EACH_COLOR: tuple[Colors, ...] = ((1.0, 0, 0, 0), (0, 1.0, 0, 1.0), (0, 0, 1.0, 0))
+_EACH_COLOR: tuple[Colors, ...] = ((1.0, 0, 0, 0), (0, 1.0, 0, 1.0), (0, 0, 1.0, 0))  # alpha: green
 Array = NDArray[np.float64]
 Words = NDArray[np.uint32]
 

@@ -82,7 +82,7 @@ class SceneRaster:
         self.buffers.place(transforms)
         self.buffers.reshape(scene.shapes_at(frame))
         lighting = scene.lighting_at(frame)
-        self.buffers.light(lighting.lights)
+        self.buffers.replace_lights(lighting.lights)
         self._daylight = lighting.daylight
         if max(self._daylight.sun) > 0:
             corners = self.buffers.corners_m(transforms).reshape(-1, 3)

@@ -61,7 +61,7 @@ class RayTracer:
         request_key = (key, view.size, seed)
         if self._key != request_key or self._count > rays:
             self._key, self._count = request_key, 0
-            self._place()
+            self._fit_trees()
         self._fit_program(self._raster.buffers.defines, pupil)
         opening = self._openings.of(pupil.aperture)
         uniforms = self._uniforms(view, pupil) | {"seed": seed, "pixel_side_px": pixel_side_px}
@@ -71,7 +71,7 @@ class RayTracer:
                 yield "rays"
             self._count = count
 
-    def _place(self) -> None:
+    def _fit_trees(self) -> None:
         """Fit the trees to the poses at which the rasterizer has placed its scene.
 
         They are built first if the scene is another one.
@@ -83,9 +83,9 @@ class RayTracer:
             self._trees = SceneTrees(self._ctx, buffers)
         self._trees.place(self._raster.frame)
 
-    def _fit_program(self, scene: dict[str, int], pupil: Pupil) -> None:
+    def _fit_program(self, scene_defines: dict[str, int], pupil: Pupil) -> None:
         """Build the program with only those features that scene and lens use."""
-        defines = {name: value for name, value in scene.items() if name in _DEFINES}
+        defines = {name: value for name, value in scene_defines.items() if name in _DEFINES}
         defines |= {name: 1 for name, is_on in pupil.switches.items() if is_on}
         if defines != self._defines:
             program = ComputeProgram(self._ctx, _SHADER, defines)

@@ -17,7 +17,7 @@ from heatlens.render.scene_gpu.closed_meshes import ClosedMeshes
 
 MOST_LIGHTS = 32
 MAPS = 5  # number of maps of a material
-UNLIT, BLENDED = 1, 2  # bits of a material's kind, the same as in lib/scene.lib.glsl
+UNLIT, BLENDED = 1, 2  # flags of a material, the same as in lib/scene.lib.glsl
 
 VERTEX = np.dtype([("position", "f4", 3), ("u", "f4"), ("normal", "f4", 3), ("v", "f4")])
 BUMPY_VERTEX = np.dtype([*VERTEX.descr, ("tangent", "f4", 4)])
@@ -112,7 +112,7 @@ class SceneBuffers:
         blocks = {"colors_block": self.colors, "more_uvs_block": self.more_uvs}
         return {name: buffer for name, buffer in blocks.items() if buffer is not None}
 
-    def light(self, lights: tuple[PointLight, ...]) -> None:
+    def replace_lights(self, lights: tuple[PointLight, ...]) -> None:
         """Replace the lights with as many others; does nothing if the scene's lights never move."""
         if self.scene.light_motion is not None:
             self.lights.write(lights_of(lights))
@@ -264,12 +264,12 @@ def materials_of(materials: tuple[Material, ...]) -> npt.NDArray[np.void]:
     for record, material in zip(records, materials, strict=True):
         record["base_color"] = (*material.base_color, material.base_alpha)
         record["emission_cutoff"] = (*material.emission, material.alpha_cutoff)
-        shine = material.roughness, material.metallic
-        record["rough_metal"] = (*shine, material.normal_scale, material.occlusion)
+        roughness_metallic = material.roughness, material.metallic
+        record["rough_metal"] = (*roughness_metallic, material.normal_scale, material.occlusion)
         maps = (material.base_color_map, material.metallic_roughness_map, material.emission_map)
         record["maps"] = [_layer_or_none(number) for number in (*maps, material.normal_map)]
-        kinds = UNLIT * (not material.is_lit) + BLENDED * material.is_blended
-        record["more_maps"][:2] = _layer_or_none(material.occlusion_map), kinds
+        flags = UNLIT * (not material.is_lit) + BLENDED * material.is_blended
+        record["more_maps"][:2] = _layer_or_none(material.occlusion_map), flags
     return records
 
 
