@@ -21,11 +21,11 @@ uniform float nearest_px;   // least coc of both surfaces at an edge
 uniform float thin_coc_px;  // a surface that is blurred more is not thin
 layout(rg32f) uniform writeonly image2D out_zone_img;
 
-#define LEAST_STEP_PX 1.8     // least difference in blur of an edge; less is right in one layer
-#define LEAST_STEP_SHARE 0.585 // the same as a share of the disc of a part; the larger limit is used
-#define MARGIN_PX 4.0         // added to the reach of an edge
-#define WIDE_PX 5             // width in pixels from which a surface is wide
-#define FULL_FROM 1.25        // multiple of a limit at which a zone has its whole reach
+#define LEAST_STEP_PX 1.8       // least difference in blur of an edge; less is right in one layer
+#define LEAST_STEP_SHARE 0.585  // the same as a share of the disc of a part; the larger limit is used
+#define MARGIN_PX 4.0           // added to the reach of an edge
+#define WIDE_PX 5               // width in pixels from which a surface is wide
+#define FULL_FROM 1.25          // multiple of a limit at which a zone has its whole reach
 
 // Weight, 0 to 1, of a value that has passed a limit. It is 0 at the limit itself and rises smoothly, so that no zone
 // appears suddenly while the lens or the focus moves.

@@ -17,12 +17,12 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;        // first row of the band (render/defocus/pixel_list.py)
 uniform sampler2D coc_tx;
-uniform ivec4 coarser_rect;  // corner and size of level 1 of the pyramid
+uniform ivec4 coarser_rect;   // corner and size of level 1 of the pyramid
 uniform int cut;              // number of this cut, near to far
 uniform int cuts;             // number of cuts
 uniform float cut_px;         // largest coc of a surface that hides the guess
 uniform float least_px;       // coc above which a surface is behind the focus
-uniform vec2 line;            // signed coc at infinity, and per dioptre, pixels
+uniform vec2 coc_line;        // signed coc at infinity, and per dioptre, pixels
 layout(std430) writeonly buffer start_block { uint start_buf[]; };
 layout(std430) writeonly buffer fragment_block { uint fragment_buf[]; };
 
@@ -39,6 +39,6 @@ void main() {
     float coc = texelFetch(coc_tx, at, 0).r;
     vec4 guess = coarser_at(at, coarser_rect);
     bool is_hidden = coc > least_px && coc <= cut_px && is_known(guess);
-    uvec3 words = fragment_words(guess.rgb, 1.0, is_hidden ? (guess.a - line.x) / line.y : NEAREST_DIOPTRES);
+    uvec3 words = fragment_words(guess.rgb, 1.0, is_hidden ? (guess.a - coc_line.x) / coc_line.y : NEAREST_DIOPTRES);
     for (uint k = 0u; k < WORDS; ++k) fragment_buf[WORDS * fragment + k] = words[k];
 }

@@ -11,7 +11,7 @@
 
 #include "lib/aperture.lib.glsl"
 
-in vec4 in_disc;  // center x, y in pixels; signed coc; half the width of the rim's ramp
+in vec4 in_disc;   // center x, y in pixels; signed coc; half the width of the rim's ramp
 in vec4 in_light;  // rgb of a pixel wholly inside
 
 uniform vec2 picture_size;

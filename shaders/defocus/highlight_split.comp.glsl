@@ -43,7 +43,7 @@ layout(std430) writeonly buffer rest_fragment_block { uint rest_fragment_buf[]; 
 #define WHOLE_COC_PX 0.75
 
 #ifdef LISTS
-uniform bool has_positions;  // the positions of lights in their pixels are known (highlight_sprites.comp.glsl)
+uniform bool has_positions;         // the positions of lights in their pixels are known (highlight_sprites.comp.glsl)
 #define KNOWN_POSITION_SCALE 0.4    // factor on both diameters then: discs are accurate from smaller sizes on
 
 // Share of a highlight that is drawn as a disc if its disc has this diameter, 0 to 1; the rest is diffused.

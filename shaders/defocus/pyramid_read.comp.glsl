@@ -25,7 +25,7 @@ uniform sampler2D color_tx;
 uniform sampler2D pyramid_tx;
 uniform sampler2D coc_tx;
 uniform ivec4 level_rects[PYRAMID_LEVELS_MAX];  // corner and size of level 1, level 2, ..
-uniform int levels;  // number of levels, without level 0
+uniform int levels;                             // number of levels, without level 0
 layout(rgba32f) uniform writeonly image2D out_color_img;
 
 // Variance in px^2 of the blur of a level.

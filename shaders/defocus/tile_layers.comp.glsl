@@ -48,11 +48,11 @@ uint all_from(int layer) { return ~0u << layer; }
 
 // Adds a surface of a pixel to its layers.
 void add_surface(inout Known known, float coc, bool is_opaque) {
-    ivec4 cuts = ivec4(0);  // numbers of cuts that are farther, for each of the four coc
-    for (int cut = 0; cut < LAYERS_MAX - 1; ++cut) cuts += ivec4(lessThan(vec4(coc), cuts_px[cut]));
-    known.content |= all_from(cuts.x) & ~all_from(cuts.w + 1);
-    known.closed |= uint(is_opaque && cuts.y == cuts.z) << cuts.z;
-    known.reached |= all_from(cuts.x);
+    ivec4 farther_cuts = ivec4(0);  // how many cuts are farther, for each of the four coc
+    for (int cut = 0; cut < LAYERS_MAX - 1; ++cut) farther_cuts += ivec4(lessThan(vec4(coc), cuts_px[cut]));
+    known.content |= all_from(farther_cuts.x) & ~all_from(farther_cuts.w + 1);
+    known.closed |= uint(is_opaque && farther_cuts.y == farther_cuts.z) << farther_cuts.z;
+    known.reached |= all_from(farther_cuts.x);
 }
 
 // Adds the layers of a pixel to those of its tile.

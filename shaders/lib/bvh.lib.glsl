@@ -46,7 +46,7 @@ uvec3 ray_number;  // random state of the ray: alpha thresholds differ from ray 
 #endif
 
 #define STACK (BVH_DEPTH_MOST + 2)  // size of the stack of nodes yet to visit, more than the levels of a tree
-#define SAME 1e-6  // the relative rounding error of a distance
+#define SAME 1e-6                   // the relative rounding error of a distance
 
 // The hit of a ray: its distance; an instance, -1 for none; a triangle, and the weights of its corners at the hit.
 struct Hit { float distance; int instance; int triangle; vec3 weights; };

@@ -17,14 +17,14 @@ uniform sampler2D state_tx;
 uniform sampler2D listed_tx;
 layout(rgba32f) uniform writeonly image2D out_match_img;
 
-#define MATCH_TAPS 8            // pixels to compare on each side of an end; fewer would measure texture
-#define SAME_DIAMETER_PX 0.5    // change of the diameter up to which pixels are of one surface
+#define MATCH_TAPS 8             // pixels to compare on each side of an end; fewer would measure texture
+#define SAME_DIAMETER_PX 0.5     // change of the diameter up to which pixels are of one surface
 #define SAME_DIAMETER_SHARE 0.1  // the same as a share of the diameter; the larger limit counts
-#define LEAST_LIGHT 0.01        // added to the light, because dark pixels are not compared
-#define INDEPENDENT 4.0         // largest number of pixels that count as independent, because neighbors are alike
-#define SURE_VARIANCE 0.03      // variance of the logarithm at which the match has half its weight
-#define ALIKE_LOG 0.7           // logarithm of the ratio up to which surfaces are the same
-#define UNLIKE_LOG 1.2          // logarithm from which they are different
+#define LEAST_LIGHT 0.01         // added to the light, because dark pixels are not compared
+#define INDEPENDENT 4.0          // largest number of pixels that count as independent, because neighbors are alike
+#define SURE_VARIANCE 0.03       // variance of the logarithm at which the match has half its weight
+#define ALIKE_LOG 0.7            // logarithm of the ratio up to which surfaces are the same
+#define UNLIKE_LOG 1.2           // logarithm from which they are different
 
 // Pixels in a row that belong to one surface.
 struct Stretch {

@@ -9,8 +9,8 @@
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D spread_tx;
-uniform float most;  // largest standard deviation to accept, as a share of the luminance
-uniform int reach;   // how many pixels to look at on each side of a pixel
+uniform float spread_max;  // largest standard deviation to accept, as a share of the luminance
+uniform int reach;         // how many pixels to look at on each side of a pixel
 layout(r16f) uniform writeonly image2D out_done_img;
 
 #define STEP 2.0  // difference between neighboring pixels that is an edge, in largest accepted deviations
@@ -25,8 +25,8 @@ vec2 spread_at(ivec2 at) {
 bool is_noisy(ivec2 at) {
     vec2 own = spread_at(at);
     float right = spread_at(at + ivec2(1, 0)).r, below = spread_at(at + ivec2(0, 1)).r;
-    float limit = STEP * most * min(own.r, min(right, below));
-    return own.g > most * own.r || max(abs(right - own.r), abs(below - own.r)) > limit;
+    float limit = STEP * spread_max * min(own.r, min(right, below));
+    return own.g > spread_max * own.r || max(abs(right - own.r), abs(below - own.r)) > limit;
 }
 
 void main() {

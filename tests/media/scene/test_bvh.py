@@ -10,7 +10,13 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from heatlens.render.gpu.shader_constants import BVH_DEPTH_MOST
-from heatlens.render.scene_gpu.bvh import LEAF_MOST, Bvh, build, instance_tree, mesh_trees
+from heatlens.render.scene_gpu.bvh import (
+    LEAF_MOST,
+    Bvh,
+    build_instance_tree,
+    build_mesh_trees,
+    build_tree,
+)
 from support.ray_oracle import hit_distances, random_triangles
 
 Array = NDArray[np.float64]
@@ -56,7 +62,7 @@ def test_bvh_has_every_item_in_one_leaf_inside_its_box(
     boxes: NDArray[np.float32], most: int
 ) -> None:
     low, high = boxes.min(axis=1), boxes.max(axis=1)
-    check_tree(build(low, high, most), low, high, most)
+    check_tree(build_tree(low, high, most), low, high, most)
 
 
 @pytest.mark.parametrize("growth", [0.0, 1.0, 1.6])
@@ -66,7 +72,7 @@ def test_bvh_stays_shallow_over_geometrically_spaced_items(
     """Each step is `growth` times the one before: all but one item fall into the first bin."""
     steps = np.cumprod(np.full(150, growth)) if growth else np.zeros(150)
     low = np.stack([steps, steps * 0, steps * 0], axis=1).astype(np.float32)
-    check_tree(build(low, low, 1), low, low, 1)
+    check_tree(build_tree(low, low, 1), low, low, 1)
 
 
 def triangles_met(nodes: NDArray[np.void], root: int, ray: Ray) -> list[int]:
@@ -90,7 +96,7 @@ def test_bvh_ray_hits_equal_hits_among_all_triangles(
 ) -> None:
     """The second of two meshes is tested, so that offsets of the first are covered."""
     meshes = random_triangles(rng, 7), random_triangles(rng, 900)
-    trees = mesh_trees(meshes)
+    trees = build_mesh_trees(meshes)
     positions = np.concatenate([mesh.positions_m for mesh in meshes]).astype(np.float64)
     mesh_points = meshes[1].positions_m[meshes[1].triangles].astype(np.float64)
     hits = 0
@@ -108,7 +114,7 @@ def test_bvh_ray_hits_equal_hits_among_all_triangles(
 
 def test_mesh_trees_of_empty_mesh_is_an_empty_leaf(rng: np.random.Generator) -> None:
     empty = random_triangles(rng, 0)
-    trees = mesh_trees([empty, random_triangles(rng, 1)])
+    trees = build_mesh_trees([empty, random_triangles(rng, 1)])
     assert [trees.nodes[root]["count"] for root in trees.roots] == [0, 1]
 
 
@@ -119,7 +125,7 @@ def test_instance_tree_boxes_contain_placed_corners(rng: np.random.Generator) ->
     matrices = np.tile(np.eye(4), (40, 1, 1))
     matrices[:, :3, :3] = rng.normal(size=(40, 3, 3))
     matrices[:, :3, 3] = rng.normal(size=(40, 3)) * 1e4
-    tree = instance_tree(boxes, matrices)
+    tree = build_instance_tree(boxes, matrices)
     picks = np.indices((2, 2, 2)).reshape(3, 8).T
     for node, _, _ in walk_nodes(tree.nodes):
         if node["count"] < 0:
@@ -133,6 +139,6 @@ def test_instance_tree_boxes_contain_placed_corners(rng: np.random.Generator) ->
 
 def test_instance_tree_has_one_leaf_per_instance(rng: np.random.Generator) -> None:
     boxes = np.tile(np.array([[0.0, 0, 0], [1, 1, 1]]), (9, 1, 1))
-    tree = instance_tree(boxes, np.tile(np.eye(4), (9, 1, 1)))
+    tree = build_instance_tree(boxes, np.tile(np.eye(4), (9, 1, 1)))
     leaves = [node["count"] for node, _, _ in walk_nodes(tree.nodes) if node["count"] >= 0]
     assert leaves == [1] * 9

@@ -15,7 +15,7 @@ from heatlens.media.scene.scene_bounds import bounds_m
 from heatlens.media.scene.scene_read import read_scene
 from heatlens.media.scene.scene_view import SceneView
 from heatlens.render.gpu.textures import download, new_texture
-from heatlens.render.scene_gpu.bvh import mesh_trees, refit_tree
+from heatlens.render.scene_gpu.bvh import build_mesh_trees, refit_tree
 from heatlens.render.scene_gpu.raster import SceneRaster
 from heatlens.render.scene_gpu.ray_tracer import RayTracer
 from support.gltf_files import SQUARE, SQUARE_CORNERS, GltfWriter
@@ -198,14 +198,14 @@ def test_scene_timing_is_rejected_for_other_formats(tmp_path):
 
 def test_refitted_tree_of_same_shape_is_unchanged():
     ball = sphere(1.0, 2)
-    trees = mesh_trees([plane(), ball])
+    trees = build_mesh_trees([plane(), ball])
     np.testing.assert_array_equal(refit_tree(trees, 1, ball), trees.nodes[trees.roots[1] :])
 
 
 def test_refitted_tree_of_other_shape_encloses_it():
     rng = np.random.default_rng(3)
     ball = sphere(1.0, 2)
-    trees = mesh_trees([plane(), ball])
+    trees = build_mesh_trees([plane(), ball])
     other_ball = replace(
         ball, positions_m=rng.normal(size=ball.positions_m.shape).astype(np.float32)
     )

@@ -260,8 +260,8 @@ def solver_builds() -> list[Build]:
 def _strategy_builds(system: LineSystem) -> list[Build]:
     lines = SweepSolver.LINES_PER_GROUP
     sweep: Build = (_SWEEP, {"LINES_PER_GROUP": lines, "BLOCK": SweepSolver.BLOCK, "STRIPS": 1})
-    shapes = (PartitionSolver.shape(system, *size) for size in _SIZES_PX)
-    partition: list[Build] = [(_PARTITION, dict(shape)) for shape in shapes]
+    all_defines = (PartitionSolver.run_defines(system, *size) for size in _SIZES_PX)
+    partition: list[Build] = [(_PARTITION, dict(defines)) for defines in all_defines]
     cyclic: list[Build] = [(_CYCLIC, {"STAGE": stage}) for stage in _STAGES]
     return [sweep, *partition, *cyclic]
 

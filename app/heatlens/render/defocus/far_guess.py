@@ -72,7 +72,7 @@ class FarGuess:
         cuts_px = cuts_behind(optics, least_px)
         if optics.line is None or not cuts_px or cuts_px[-1] <= GUESSED_FROM_PX:
             return None
-        line = optics.line.at_infinity_px, optics.line.per_dioptre_px
+        coc_line = optics.line.at_infinity_px, optics.line.per_dioptre_px
         lists = ListedFragments(_allocate_lists(coc.size, len(cuts_px), scratch), optics.line)
         level_rects = layout_levels(coc.size, math.inf)
         levels = scratch.texture("guess levels", pyramid_size(level_rects), 4)
@@ -87,7 +87,7 @@ class FarGuess:
                     "cuts": len(cuts_px),
                     "cut_px": cut_px,
                 }
-                | {"least_px": least_px, "line": line},
+                | {"least_px": least_px, "coc_line": coc_line},
                 textures={"coc_tx": coc, "levels_tx": levels},
                 buffers=lists.buffers,
             )

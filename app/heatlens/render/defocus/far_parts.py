@@ -55,16 +55,17 @@ def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
     index = next((i for i, layer in enumerate(cuts) if layer.near.at_px < at_px), None)
     if index is None:  # everything is farther
         return [*cuts[:-1], replace(cuts[-1], near=cut)]
-    far, near = replace(cuts[index], near=cut), replace(cuts[index], far=cut)
-    before, after = cuts[:index], cuts[index + 1 :]
-    if before and far.far.at_px < 2 * at_px:  # too close to the next cut, which it replaces
-        before, far = before[:-1], replace(before[-1], near=cut)
-    if len(before) + 2 + len(after) > LAYERS_MAX:
-        if before:
-            before, far = before[:-1], replace(far, far=before[-1].far)
+    # The layer with the cut becomes two; behind and in front of them the layers stay.
+    farther, nearer = replace(cuts[index], near=cut), replace(cuts[index], far=cut)
+    behind, in_front = cuts[:index], cuts[index + 1 :]
+    if behind and farther.far.at_px < 2 * at_px:  # too close to the next cut, which it replaces
+        behind, farther = behind[:-1], replace(behind[-1], near=cut)
+    if len(behind) + 2 + len(in_front) > LAYERS_MAX:
+        if behind:
+            behind, farther = behind[:-1], replace(farther, far=behind[-1].far)
         else:
-            near, after = replace(near, near=after[0].near), after[1:]
-    return [*before, far, near, *after]
+            nearer, in_front = replace(nearer, near=in_front[0].near), in_front[1:]
+    return [*behind, farther, nearer, *in_front]
 
 
 @dataclass(frozen=True)

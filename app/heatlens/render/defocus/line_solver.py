@@ -243,8 +243,8 @@ class PartitionSolver(LineSolver):
         yield 0, lines
 
     @staticmethod
-    def shape(system: LineSystem, length: int, count: int) -> dict[str, int]:
-        """Return how `count` lines of `length` pixels are divided, as defines of the shader.
+    def run_defines(system: LineSystem, length: int, count: int) -> dict[str, int]:
+        """Return the shader's defines for how `count` lines of `length` pixels are divided.
 
         Four complex channels of more than RUN_LEAST pixels do not fit the registers of a GPU; they
         are solved in two parts then, in rows and columns alike.
@@ -254,9 +254,9 @@ class PartitionSolver(LineSolver):
         return {"RUN": run_length(length), "PARTS": parts, "IN_PARTS": 1}
 
     def _solve_band(self, band: Band) -> None:
-        shape = self.shape(band.system, band.length, band.count)
+        defines = self.run_defines(band.system, band.length, band.count)
         segments = band.tiles.rows if band.axis == "rows" else band.tiles.columns
-        self._program("defocus/solve_partition.comp.glsl", band, **shape).dispatch(
+        self._program("defocus/solve_partition.comp.glsl", band, **defines).dispatch(
             segments,
             textures=band.bindings.textures,
             images=band.bindings.images,

@@ -5,6 +5,8 @@ moved   memory traffic of the shaders as they are written: every texel that a sw
         each time it is written or read
 least   inputs read once, outputs written once, at their storage sizes
 
+A function counts the bytes of a pass for the work of a frame and the number of runs in that frame.
+
 All numbers are bytes per pixel. Work on listed pixels only (rims, hidden pixels, lamps) depends on
 the plate and is left out: such a pass is marked `at_least`. Work on layers is counted as if each
 layer covered the whole picture at full size: a pass that tile masks and smaller layers make cheaper

@@ -56,7 +56,7 @@ class Antialias:
         """Draw `across` x `across` samples a pixel, or fewer if they do not fit into a texture.
 
         Each step draws a band; `picture` is complete at the end. `fine` pixels of the view, each
-        way, make one pixel on the screen. The caller passes equal keys only for an equal scene and
+        way, make one pixel of the picture. The caller passes equal keys only for an equal scene and
         view; a picture with an equal key is not drawn again.
         """
         across = max(1, min(across, self._side_max_px // view.size[0]))
@@ -76,7 +76,7 @@ class Antialias:
             pixel_groups(view.size),
             textures={"spread_tx": self._pool.texture("spread", view.size, 2, "f2")},
             images={"out_done_img": picture.done},
-            uniforms={"most": _SPREAD_MAX, "reach": fine},
+            uniforms={"spread_max": _SPREAD_MAX, "reach": fine},
         )
         self._key = key
 

@@ -52,7 +52,7 @@ class MeshTrees:
     triangles: NDArray[np.uint32]
 
 
-def build(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
+def build_tree(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
     """Return the tree over boxes with the corners `low` and `high` (n, 3), n at least 1.
 
     A leaf has at most `leaf_most` boxes.
@@ -165,7 +165,7 @@ def _halve(
     is_upper[sorted_items] = rank >= counts[owners] // 2
 
 
-def mesh_trees(meshes: Sequence[Mesh]) -> MeshTrees:
+def build_mesh_trees(meshes: Sequence[Mesh]) -> MeshTrees:
     """Return one tree for each mesh; without triangles, it is a root that no ray hits."""
     parts, roots, triangles = [], [], []
     nodes_before = triangles_before = vertices_before = 0
@@ -187,7 +187,7 @@ def _mesh_tree(mesh: Mesh) -> tuple[NDArray[np.void], Ints]:
     corners = mesh.positions_m[mesh.triangles]
     if not len(corners):
         return np.zeros(1, NODE), np.zeros((0, 4), np.int64)
-    tree = build(corners.min(axis=1), corners.max(axis=1))
+    tree = build_tree(corners.min(axis=1), corners.max(axis=1))
     return tree.nodes, np.column_stack([mesh.triangles[tree.order], tree.order])
 
 
@@ -228,7 +228,7 @@ def _levels(is_inner: Bools) -> list[Ints]:
     return levels
 
 
-def instance_tree(boxes_m: Array, to_world: Array) -> Bvh:
+def build_instance_tree(boxes_m: Array, to_world: Array) -> Bvh:
     """Return the tree over boxes (n, 2, 3) that matrices (n, 4, 4) place in the world.
 
     Each leaf has one box.
@@ -239,4 +239,4 @@ def instance_tree(boxes_m: Array, to_world: Array) -> Bvh:
     half = np.einsum("nij,nj->ni", np.abs(rotation), half)
     # float32 may round the side of a box inwards
     half = half + 1e-6 * (np.abs(middle) + half)
-    return build((middle - half).astype(np.float32), (middle + half).astype(np.float32), 1)
+    return build_tree((middle - half).astype(np.float32), (middle + half).astype(np.float32), 1)

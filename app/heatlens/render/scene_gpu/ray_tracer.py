@@ -16,7 +16,13 @@ from heatlens.render.gpu.program import ComputeProgram, groups_for
 from heatlens.render.gpu.shader_constants import RAY_GROUP
 from heatlens.render.gpu.textures import OpeningTextures, TexturePool
 from heatlens.render.scene_gpu.accumulation import SIDES_LAYERS
-from heatlens.render.scene_gpu.bvh import NODE, MeshTrees, instance_tree, mesh_trees, refit_tree
+from heatlens.render.scene_gpu.bvh import (
+    NODE,
+    MeshTrees,
+    build_instance_tree,
+    build_mesh_trees,
+    refit_tree,
+)
 from heatlens.render.scene_gpu.raster import SceneRaster
 from heatlens.render.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
 
@@ -156,7 +162,7 @@ class SceneTrees:
     """
 
     def __init__(self, ctx: Device, buffers: SceneBuffers) -> None:
-        trees = mesh_trees(buffers.scene.meshes)
+        trees = build_mesh_trees(buffers.scene.meshes)
         self.buffers, self.root, self._roots = buffers, len(trees.nodes), trees.roots
         self._trees = trees if buffers.scene.deforms else None  # for fitting to other shapes
         instances = len(buffers.scene.instances)
@@ -192,7 +198,7 @@ class SceneTrees:
         instances = np.frombuffer(self.buffers.instances.read(), INSTANCE)
         meshes = instances["numbers"][:, 1]
         to_world = instances["to_world"].transpose(0, 2, 1).astype(np.float64)
-        tree = instance_tree(self.buffers.boxes_m[meshes], to_world)
+        tree = build_instance_tree(self.buffers.boxes_m[meshes], to_world)
         nodes = tree.nodes.copy()
         # children are numbered among the nodes of all trees
         nodes["first"][nodes["count"] < 0] += self.root
