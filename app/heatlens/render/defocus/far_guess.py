@@ -106,7 +106,8 @@ class FarGuess:
         """Fill all levels of the pyramid with the surfaces whose coc is above `cut_px`.
 
         First each level takes the mean of what is known of the finer one (pull). Then each level
-        takes what it lacks from the coarser one (push).
+        takes what it lacks from the coarser one (push). `levels` has all levels of the pyramid, at
+        `level_rects`, fine to coarse.
         """
         self._pull_picture.dispatch(
             pixel_groups(level_rects[0][2:]),

@@ -198,7 +198,7 @@ class FarPartsPass:
         return _name_steps(
             self._bands.run(
                 self._program("sum", len(positions)),
-                (width + 1, height + 1),
+                (width + 1, height + 1),  # it also empties the lists of the cells between pixels
                 _part_uniforms(positions) | zone.tiles.uniforms | {"is_first": part is None},
                 textures={"view_tx": memory.view},
                 images={"sum_img": total},

@@ -147,7 +147,10 @@ class FarZones:
     def _find_tiles(
         self, in_zone: NDArray[np.bool_], size: tuple[int, int], margin_px: float, scratch: Scratch
     ) -> TileMask:
-        """Return the tiles of a picture of `size` within `margin_px` of the zones."""
+        """Return the tiles of a picture of `size` within `margin_px` of the zones.
+
+        `in_zone` marks the blocks of FAR_BLOCK x FAR_BLOCK pixels that are in a zone.
+        """
         words = scratch.parts("far tiles", 1, TileMask.bytes_for(size))
         words.whole.write(tiles_near(in_zone, margin_px).astype(np.uint32).tobytes())
         segment_memory = scratch.parts("far segments", 2, SegmentPass.bytes_for(size))

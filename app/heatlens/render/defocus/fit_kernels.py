@@ -61,7 +61,10 @@ def fit_rims(name: str) -> list[Fit]:
 
 
 def fit_disc(count: int, power: float = 1.0, starts: int = 12, seed: int = 1) -> Fit:
-    """Return the best kernel of `count` poles that `starts` searches from random poles find."""
+    """Return the best kernel of `count` poles that `starts` searches from random poles find.
+
+    `power` is that of `DiscError`, and `seed` that of the random poles.
+    """
     error, random = DiscError(power), np.random.default_rng(seed)
     fits = []
     for _ in range(starts):

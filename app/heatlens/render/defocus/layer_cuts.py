@@ -177,7 +177,10 @@ def _scale_layer(layer: LayerCut, proxy: float) -> LayerCut:
 # nothing. The cut is soft, because what is guessed behind wires changes with the layer of the wall:
 # a softer cut calmed a slow focus pull over that fence from 2.22 to 1.76.
 def _cuts_at_full_size(occupied_px: Array, gaps_px: Array, layers_max: int) -> list[LayerCut]:
-    """Return the layers of a picture at full size, far to near, without empty ones."""
+    """Return the layers of a picture at full size, far to near, without empty ones.
+
+    The arguments are those of `layer_cuts`.
+    """
     farthest_px = float(occupied_px[-1])
     far_px = max(farthest_px * FAR_CUT_SHARE, FAR_CUT_LEAST_PX)
     far = Cut(far_px, max(far_px * FAR_SOFTNESS, FAR_SOFTNESS_LEAST_PX))

@@ -353,7 +353,10 @@ class LayeredBlur:
         lists: ListedFragments | None,
         around: Texture | None,
     ) -> Steps[Fragments]:
-        """Return the picture with each mixed pixel of its silhouettes split in two fragments."""
+        """Return the picture with each mixed pixel of its silhouettes split in two fragments.
+
+        `around` is only passed on, see `Fragments`.
+        """
         size, scratch = color.size, self._scratch
         picture = Fragments(
             color,

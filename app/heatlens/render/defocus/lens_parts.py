@@ -49,7 +49,10 @@ def _picture_positions(disc: DiscShape, size: Pair) -> list[Pair]:
 
 
 def _parts_at(disc: DiscShape, parts: int, position_px: Pair) -> Array:
-    """Return center x and y in radii of the lens, width and share of light of each part."""
+    """Return center x and y in radii of the lens, width and share of light of each part.
+
+    The opening is that which is seen from the position in the picture.
+    """
     centers, widths = part_centers(parts), np.full(parts, parts**-0.5)
     if disc.is_plain:
         return np.column_stack([centers, widths, np.full(parts, 1 / parts)])
@@ -68,7 +71,7 @@ def _moments(disc: DiscShape, parts: int, position_px: Pair) -> Array:
     """Return light, center x and y, and variance (parts, 4) of the opening within each part.
 
     Lengths are radii of the lens. The light is a sum over samples, and the variance one over both
-    axes.
+    axes. The opening is that which is seen from the position in the picture.
     """
     x, y, part_of_sample = _lens_samples(parts)
     across, down = disc.half_extents

@@ -168,7 +168,12 @@ class ScatterPass:
         first: int,
         count: int,
     ) -> None:
-        """Add `count` discs from `first` on; sets all state that other draws may have changed."""
+        """Add the discs of `count` sorted pixels, from number `first` on, to the sums of a bin.
+
+        `inputs` are the textures of the picture, the shape of the discs and the table `disc_sums`,
+        which is empty for shapes that are not plain. All state that other draws may have changed
+        is set again.
+        """
         textures, disc, sums = inputs
         program = self._discs.version(**disc.switches)
         quads = self._quads_of(program, targets.pixels)
@@ -182,7 +187,10 @@ class ScatterPass:
         self._ctx.draw_with()
 
     def _composite_bin(self, targets: ScatterTargets, is_farthest: bool, is_nearest: bool) -> None:
-        """Composite the sums of one bin over those of the bins behind it."""
+        """Composite the sums of one bin over those of the bins behind it, and clear the sums.
+
+        The farthest bin is the first one, and the nearest one completes the picture.
+        """
         self._over.dispatch(
             pixel_groups(targets.light.size),
             images={

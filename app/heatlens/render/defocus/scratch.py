@@ -72,7 +72,8 @@ class Scratch:
     ) -> Texture:
         """Return the texture called `name`, with its previous content.
 
-        Raises RuntimeError if the memory still belongs to another name.
+        A pixel has 1 to 4 `components` of the type `storage`. Raises RuntimeError if the memory
+        still belongs to another name.
         """
         memory = self._lifetimes[name].memory
         return self._lend_memory(

@@ -153,7 +153,11 @@ class TilePass:
     def _mark_visible(
         self, size: tuple[int, int], plans: list[LayerPlan], masks: BufferParts, scratch: Scratch
     ) -> list[BufferPart]:
-        """Mark all pixels in active tiles as visible; return the marks of each layer."""
+        """Mark all pixels in active tiles as visible; return the marks of each layer.
+
+        The nearest layer, which nothing hides, gets the memory of another layer, and does not use
+        it.
+        """
         hidden_sizes = [plan.size(size) for plan in plans if not plan.cut.is_nearest]
         count = max(len(hidden_sizes), 1)
         bits = scratch.parts("hidden bits", count, visibility_bytes(size))

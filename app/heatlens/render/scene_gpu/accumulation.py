@@ -212,7 +212,10 @@ _DIRECTIONS = _directions()
 
 
 def _digits(numbers: Words, directions: Words) -> Words:
-    """Return the coordinates of points along one dimension, as fractions of 2^32."""
+    """Return the coordinates of points along one dimension, as fractions of 2^32.
+
+    `numbers` are those of the points, and `directions` the words of `_directions` for a dimension.
+    """
     words = np.zeros_like(numbers)
     for bit, direction in enumerate(directions):
         words ^= (numbers >> np.uint32(bit) & np.uint32(1)) * direction
@@ -220,7 +223,10 @@ def _digits(numbers: Words, directions: Words) -> Words:
 
 
 def _scramble(words: Words, salts: Words) -> Words:
-    """Flip each bit by a hash of the bits above it, which keeps the points evenly spread."""
+    """Flip each bit by a hash of the bits above it, which keeps the points evenly spread.
+
+    Each dimension has a salt, which makes its hash another one.
+    """
     hashed = _reverse_bits(words) + salts
     for factor in _FACTORS:
         hashed ^= hashed * np.uint32(factor)

@@ -83,7 +83,10 @@ def build_tree(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
 
 
 def _boxes(low: Floats, high: Floats, starts: Ints) -> NDArray[np.void]:
-    """Return a node for each of `starts`, with the bounds of the items from there to the next."""
+    """Return a node for each of `starts`, with the bounds of the items from there to the next.
+
+    `low` and `high` are the corners (n, 3) of the items' boxes.
+    """
     nodes = np.zeros(len(starts), NODE)
     nodes["low"] = np.minimum.reduceat(low, starts)
     nodes["high"] = np.maximum.reduceat(high, starts)
@@ -122,7 +125,8 @@ def _choose_cuts(low: Floats, high: Floats, counts: Ints, levels_left: int) -> t
 def _costs(low: Floats, high: Floats, bins: Ints, nodes: int) -> Floats:
     """Return (nodes, _BINS - 1) costs of a cut after each bin; infinite for an empty side.
 
-    `bins` is the bin of each item, counted on from node to node: _BINS times the node plus the bin.
+    `low` and `high` are the corners (n, 3) of the items' boxes. `bins` is the bin of each item,
+    counted on from node to node: _BINS times the node plus the bin.
     """
     by_bin = np.argsort(bins, kind="stable")
     counts = np.bincount(bins, minlength=nodes * _BINS)
@@ -154,7 +158,8 @@ def _halve(
 ) -> None:
     """Set `is_upper` to half of the items of `must_halve` nodes, to keep the tree shallow.
 
-    The half with the greater `middle` along the `axis` of the node is the upper one.
+    The half with the greater `middle` along the `axis` of the node is the upper one. `owner` is the
+    node of each item, and `counts` the items of each node.
     """
     items = np.flatnonzero(must_halve[owner])
     owners = owner[items]
@@ -194,7 +199,8 @@ def _mesh_tree(mesh: Mesh) -> tuple[NDArray[np.void], Ints]:
 def refit_tree(trees: MeshTrees, mesh_index: int, mesh: Mesh) -> NDArray[np.void]:
     """Return the nodes of a mesh's tree, with boxes that fit another shape of the mesh.
 
-    The triangles stay in their leaves, which is much quicker than building the tree again.
+    The tree is number `mesh_index` of `trees`, and `mesh` has the new shape. The triangles stay in
+    their leaves, which is much quicker than building the tree again.
     """
     ends = [*trees.roots, len(trees.nodes)]
     root = int(ends[mesh_index])
@@ -220,7 +226,10 @@ def refit_tree(trees: MeshTrees, mesh_index: int, mesh: Mesh) -> NDArray[np.void
 
 
 def _levels(is_inner: Bools) -> list[Ints]:
-    """Return the nodes of each level of a tree, whose levels follow each other."""
+    """Return the nodes of each level of a tree, whose levels follow each other, the root first.
+
+    `is_inner` (nodes,) is true for nodes with children.
+    """
     levels, start, count = [], 0, 1
     while count:
         levels.append(np.arange(start, start + count))

@@ -28,8 +28,8 @@ class ClosedMeshes:
     ) -> Rules:
         """Return (N,) the rules of instances of `meshes` (N,) at (N, 4, 4) `to_world`.
 
-        `to_object` holds the inverse matrices column by column. A closed mesh around the camera,
-        such as a room, counts as open.
+        `to_object` holds the inverse matrices column by column, and `eye_m` is the position of the
+        camera in the world. A closed mesh around the camera, such as a room, counts as open.
         """
         rules = self._mesh_rules[meshes]
         is_ordered = rules >= BACK_COUNTERCLOCKWISE

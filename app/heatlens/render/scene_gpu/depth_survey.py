@@ -98,7 +98,7 @@ class DepthSurvey:
     def _count(self, depth: Texture, low: float, step: float, groups: tuple[int, int]) -> None:
         """Add the pixels of `depth` to the bins on the GPU, which begin at `low` dioptres.
 
-        `step` is the width of a bin in dioptres.
+        `step` is the width of a bin in dioptres, and `groups` the number of workgroups.
         """
         self._bins_program.dispatch(
             groups,

@@ -79,7 +79,10 @@ class ShadowPass:
         self.texel_m = 0.0
 
     def draw(self, cover: MeshDraw, corners_m: Array, to_sun: Array) -> None:
-        """Draw a scene whose boxes have `corners_m` (N, 3), lit from the unit vector `to_sun`."""
+        """Draw a scene whose boxes have `corners_m` (N, 3), lit from the unit vector `to_sun`.
+
+        `cover` draws the scene's depth alone.
+        """
         clip, self.texel_m = sun_view(corners_m, to_sun)
         half = np.diag([0.5, 0.5, 0.5, 1.0])
         half[:3, 3] = 0.5

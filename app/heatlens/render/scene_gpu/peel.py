@@ -225,7 +225,11 @@ class ScenePeel:
         done: Texture,
         place_scene: Callable[[], None],
     ) -> Generator[str, None, dict[str, Texture]]:
-        """Draw a band, and return the textures by the names of lib/surface_groups.lib.glsl."""
+        """Draw a band, and return the textures by the names of lib/surface_groups.lib.glsl.
+
+        `sides` are the samples across a pixel, of the visible surface and of those behind it. The
+        other arguments are those of `steps`.
+        """
         front_view, behind_view = (view_of_samples(view, rows, side) for side in sides)
         width, height = front_view.size
         front = self._pool.texture("front", (width, height * PEEL_DRAWS), 4)

@@ -118,7 +118,10 @@ class RayTracer:
         )
 
     def _add(self, out: Texture, opening: dict[str, Texture], uniforms: dict[str, object]) -> None:
-        """Add one ray to each pixel of a band that has fewer than `rays` rays so far."""
+        """Add one ray to each pixel of a band that has fewer than `rays` rays so far.
+
+        `opening` are the textures of the lens, and `uniforms` say which band and how many rays.
+        """
         assert self._trees is not None
         rows = min(_band_rows(out.width), out.height)
         images: dict[str, Image] = {

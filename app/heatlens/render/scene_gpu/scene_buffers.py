@@ -118,7 +118,7 @@ class SceneBuffers:
             self.lights.write(lights_of(lights))
 
     def place(self, transforms: Array) -> None:
-        """Put the scene's instances at (N, 4, 4) object-to-world matrices."""
+        """Put the scene's instances, in its order, at (N, 4, 4) object-to-world matrices."""
         matrices = transforms[self.order]
         records = np.zeros(len(matrices), INSTANCE)
         records["to_world"] = matrices.transpose(0, 2, 1)
@@ -190,7 +190,7 @@ def _join_meshes(
 
 
 def _records(mesh: Mesh, has_bumps: bool) -> npt.NDArray[np.void]:
-    """Return VERTEX or BUMPY_VERTEX of each vertex of a mesh."""
+    """Return VERTEX of each vertex of a mesh, or BUMPY_VERTEX if `has_bumps`."""
     records = np.zeros(len(mesh.positions_m), BUMPY_VERTEX if has_bumps else VERTEX)
     records["position"], records["normal"] = mesh.positions_m, mesh.normals
     records["u"], records["v"] = mesh.uvs.T
