@@ -72,7 +72,8 @@ Content whole_of(vec3 x, float coc, float visible) {
 // The content of this layer in a far rim pixel (far: rgb of the far fragment, a coverage of the near one; near: rgb of
 // the near fragment, a its coc). If both fragments are in this layer, it is the plain pixel, else the colors differ.
 Content far_rim_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
-    float own = membership(coc), own_near = membership(near.a);
+    float own = membership(coc), own_near = membership(near.a);  // of the far and the near fragment
+    // only_near: 1 if the near fragment alone is in this layer. With both in it, x shows them in their right shares.
     float solid = solidity(own), solid_near = solidity(own_near), only_near = solid_near * (1.0 - solid);
     vec3 color = mix(mix(far.rgb, x, solid_near), near.rgb, only_near);
     float cover = coverage(own / visible);
@@ -85,7 +86,7 @@ Content far_rim_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
 // own color, a its coverage; coc_through: coc of the surface that shines through).
 Content near_rim_of(vec3 x, float coc, vec4 clean, float coc_through, float visible) {
     Content content = whole_of(x, coc, visible);
-    float same_layer = solidity(membership(coc_through));
+    float same_layer = solidity(membership(coc_through));  // 1 if the other surface is in this layer too
     content.color = mix(clean.rgb, x, same_layer);
     content.cover *= mix(clean.a, 1.0, same_layer);
     return content;

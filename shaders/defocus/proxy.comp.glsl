@@ -52,12 +52,13 @@ vec4 footprint_mean(Footprint footprint, out ivec2 brightest) {
     vec4 sum = vec4(0.0);
     float most = -1.0;
     for (int y = footprint.first.y; y <= footprint.last.y; ++y) {
-        float h = min(footprint.high.y, float(y + 1)) - max(footprint.low.y, float(y));
+        // Overlaps of this row and column with the footprint, whose product is the weight of the pixel.
+        float overlap_y = min(footprint.high.y, float(y + 1)) - max(footprint.low.y, float(y));
         for (int x = footprint.first.x; x <= footprint.last.x; ++x) {
-            float w = min(footprint.high.x, float(x + 1)) - max(footprint.low.x, float(x));
+            float overlap_x = min(footprint.high.x, float(x + 1)) - max(footprint.low.x, float(x));
             vec4 color = texelFetch(color_tx, ivec2(x, y), 0);
-            sum += w * h * color;
-            float light = w * h * mean_of(color.rgb);
+            sum += overlap_x * overlap_y * color;
+            float light = overlap_x * overlap_y * mean_of(color.rgb);
             if (light > most) brightest = ivec2(x, y);
             most = max(most, light);
         }

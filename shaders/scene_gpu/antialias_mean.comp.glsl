@@ -6,7 +6,7 @@
 //   end_row         the row after its last one
 // Outputs
 //   mean_img        rgb mean of the samples, alpha 1
-//   out_spread_img  r luminance of the mean plus `darkest`, g standard deviation of the samples' luminance
+//   out_spread_img  r luminance of the mean plus `black_light`, g standard deviation of the samples' luminance
 
 #include "lib/antialias.lib.glsl"
 
@@ -16,7 +16,7 @@ uniform sampler2D samples_tx;
 uniform int across;
 uniform int first_row;
 uniform int end_row;
-uniform float darkest;  // added to the luminance, because the eye sees little in the dark
+uniform float black_light;  // light that counts as black: added to the luminance, as the eye sees little in the dark
 writeonly uniform image2D mean_img;
 layout(rg16f) uniform writeonly image2D out_spread_img;
 
@@ -33,5 +33,5 @@ void main() {
     vec3 mean = sum / count;
     float level = luminance(mean), variance = max(squares / count - level * level, 0.0);
     imageStore(mean_img, at, vec4(mean, 1.0));
-    imageStore(out_spread_img, at, vec4(level + darkest, sqrt(variance), 0.0, 0.0));
+    imageStore(out_spread_img, at, vec4(level + black_light, sqrt(variance), 0.0, 0.0));
 }

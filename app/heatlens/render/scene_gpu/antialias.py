@@ -103,6 +103,6 @@ class Antialias:
                 "across": samples.across,
                 "first_row": rows[0],
                 "end_row": min(rows[1], size[1]),
-                "darkest": _BLACK_LIGHT,
+                "black_light": _BLACK_LIGHT,
             },
         )
