@@ -11,7 +11,7 @@
 //   pixel list     the hidden pixels
 // Outputs
 //   bits_buf       the masks, numbered as in lib/hidden.lib.glsl; before the pass the bits of all pixels in active
-//                  tiles are set (seen_bits_all.comp.glsl)
+//                  tiles are set (visible_bits_all.comp.glsl)
 //   two lists      first: the first hidden pixel of each block; second: the others that have a guess of their own
 //                  (lib/hidden_block.lib.glsl)
 //   out_cost_img   -1 in blocks with hidden pixels and in those beside them, one texel a block

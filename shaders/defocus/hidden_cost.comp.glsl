@@ -19,7 +19,7 @@
 //                           beyond its end; a its confidence, -1 where it was not measured
 
 #include "lib/hidden_block.lib.glsl"
-#include "lib/seen_bits.lib.glsl"
+#include "lib/visible_bits.lib.glsl"
 #include "lib/tone.lib.glsl"
 
 layout(local_size_x = PIXELS_PER_GROUP) in;

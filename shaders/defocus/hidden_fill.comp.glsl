@@ -27,7 +27,7 @@
 #include "lib/hidden_block.lib.glsl"
 #include "lib/highlight_limit.lib.glsl"
 #include "lib/layer.lib.glsl"
-#include "lib/seen_bits.lib.glsl"
+#include "lib/visible_bits.lib.glsl"
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
@@ -147,7 +147,7 @@ float difference_of(ivec2 ends[HIDDEN_DIRECTIONS], vec4 cost) {
 
 // Makes the guess for a pixel: the weighted mean of the ends of all directions. If no end is within reach, nothing is
 // added; the loops end after one round, which costs less on a software rasterizer than a branch
-// (lib/seen_bits.lib.glsl).
+// (lib/visible_bits.lib.glsl).
 void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     ivec2 ends[HIDDEN_DIRECTIONS];
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);

@@ -5,7 +5,7 @@ import numpy as np
 from heatlens.render.defocus.layer_passes import HiddenFillPass, HiddenScratch, Layer
 from heatlens.render.defocus.pixel_list import list_bytes
 from heatlens.render.defocus.tile_mask import TileList, TileMask, WholePictures, visibility_bytes
-from heatlens.render.defocus.tile_pass import SeenBitsPass
+from heatlens.render.defocus.tile_pass import VisibleBitsPass
 from heatlens.render.gpu.device import Buffer, Device
 from heatlens.render.gpu.program import blocks_for
 from heatlens.render.gpu.textures import BufferParts, FloatArray, download, new_texture, upload
@@ -29,7 +29,7 @@ def fill_hidden(
     pixels = ctx.buffer(reserve=list_bytes(size))
     pixels.write(np.concatenate([head, hidden[:, 0] << 16 | hidden[:, 1]]).tobytes())
     bits, tiles = ctx.buffer(reserve=visibility_bytes(size)), TileMask.bytes_for(size)
-    SeenBitsPass(ctx).mark([size], BufferParts(mask.words, tiles), BufferParts(bits, bits.size))
+    VisibleBitsPass(ctx).mark([size], BufferParts(mask.words, tiles), BufferParts(bits, bits.size))
     cost = new_texture(ctx, blocks_for(whole, 2), 4)
     upload(cost, np.full((*blocks_for(whole, 2)[::-1], 4), np.nan, np.float32))
     scratch = HiddenScratch(bits, ctx.buffer(reserve=list_bytes(size)), cost)

@@ -22,7 +22,7 @@ from heatlens.render.defocus.tile_mask import (
     visibility_bytes,
     visibility_words,
 )
-from heatlens.render.defocus.tile_pass import SeenBitsPass, TilePass
+from heatlens.render.defocus.tile_pass import TilePass, VisibleBitsPass
 from heatlens.render.gpu.program import groups_for
 from heatlens.render.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE
 from heatlens.render.gpu.textures import BufferParts, download, new_texture, upload
@@ -203,7 +203,7 @@ def visible_pixels(bits: np.ndarray, k: int, size: tuple[int, int]) -> np.ndarra
     return (word >> (position % 32) & 1).astype(bool)
 
 
-def test_seen_bits_mark_active_tiles_in_every_direction(ctx, rng):
+def test_visible_bits_mark_active_tiles_in_every_direction(ctx, rng):
     sizes = [(331, 77), (45, 150), (16, 16)]
     tiles = [rng.random(tile_count(size)[::-1]) < 0.5 for size in sizes]
     need, room_for = (max(map(f, sizes)) for f in (TileMask.bytes_for, visibility_bytes))
@@ -213,7 +213,7 @@ def test_seen_bits_mark_active_tiles_in_every_direction(ctx, rng):
     )
     for layer, active in enumerate(tiles):
         masks.whole.write(active.astype(np.uint32).tobytes(), offset=masks[layer].first)
-    SeenBitsPass(ctx).mark(sizes, masks, bits)
+    VisibleBitsPass(ctx).mark(sizes, masks, bits)
     for layer, (size, active) in enumerate(zip(sizes, tiles, strict=True)):
         words = np.frombuffer(bits[layer].read(), np.uint32)[: visibility_bytes(size) // 4]
         expected = np.kron(active, np.ones((TILE, TILE)))[: size[1], : size[0]] != 0

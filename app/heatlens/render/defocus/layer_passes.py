@@ -94,7 +94,7 @@ def _limit_uniforms(cut: LayerCut) -> dict[str, object]:
 class HiddenScratch:
     """The scratch memory of the hidden fill.
 
-    bits    which pixels are visible; at first all are, see `SeenBitsPass`
+    bits    which pixels are visible; at first all are, see `VisibleBitsPass`
     blocks  list of blocks to fill, of size `list_bytes` of the picture
     cost    RGBA of a pixel for each block of 2 x 2: how much the visible pixels at both ends
             differ, one direction in each channel

@@ -141,7 +141,7 @@ PASSES: tuple[Pass, ...] = (
     Pass(
         "tiles",
         _comp("tile_layers", variants=combine_variants(_LISTS, ({}, {"ROWS_AT_ONCE": TILE})))
-        | _comp("tile_reach_rows", "tile_reach", "line_segments", "seen_bits_all")
+        | _comp("tile_reach_rows", "tile_reach", "line_segments", "visible_bits_all")
         | _comp("composite_begin"),
         pass_costs.tiles_bytes,
         _own_memory("tile mask", "tile list", "line segments", "hidden bits"),
@@ -208,7 +208,7 @@ PASSES: tuple[Pass, ...] = (
         _own_memory("frame", "frame of a plate", "in plate's light"),
         ("alpha out",),
     ),
-    Pass("colours", _comp("colors_take"), pass_costs.colours_bytes, reads_last=("colours kept",)),
+    Pass("colours", _comp("channels_copy"), pass_costs.colours_bytes, reads_last=("colours kept",)),
     Pass(
         "gather",
         _comp("gather", variants=SHAPES),

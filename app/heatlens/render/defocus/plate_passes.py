@@ -120,7 +120,7 @@ class ColorPass:
     """Copies single channels of one picture to another."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "defocus/colors_take.comp.glsl")
+        self._program = ComputeProgram(ctx, "defocus/channels_copy.comp.glsl")
 
     def copy_channels(self, picture: Texture, channels: Collection[int], out: Texture) -> None:
         """Copy these `channels` of `picture`, 0 to 3, to `out`; its other channels stay."""

@@ -62,7 +62,7 @@ class TilePass:
         self._rows = ComputeProgram(ctx, "defocus/tile_reach_rows.comp.glsl")
         self._reach = ComputeProgram(ctx, "defocus/tile_reach.comp.glsl")
         self._segments = SegmentPass(ctx)
-        self._visible_bits_pass = SeenBitsPass(ctx)
+        self._visible_bits_pass = VisibleBitsPass(ctx)
         self._slices = Slices(ctx)
 
     def find_content(
@@ -165,11 +165,11 @@ class TilePass:
         return [bits[min(n, count - 1)] for n in range(len(plans))]
 
 
-class SeenBitsPass:
+class VisibleBitsPass:
     """Marks all pixels in the active tiles of layers as visible (lib/hidden.lib.glsl)."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "defocus/seen_bits_all.comp.glsl")
+        self._program = ComputeProgram(ctx, "defocus/visible_bits_all.comp.glsl")
 
     def mark(self, sizes: list[tuple[int, int]], masks: BufferParts, bits: BufferParts) -> None:
         """Set the bits of the first layers, which have these `sizes` in pixels."""

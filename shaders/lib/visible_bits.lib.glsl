@@ -2,7 +2,7 @@
 //
 // Input
 //   bits_buf   a bit for each pixel and direction, set if the pixel is visible (lib/hidden.lib.glsl); written by
-//              seen_bits_all.comp.glsl and hidden_blocks.comp.glsl
+//              visible_bits_all.comp.glsl and hidden_blocks.comp.glsl
 //
 // The nearest visible pixels ahead and back along a direction are the ends of a hidden pixel.
 
