@@ -354,7 +354,7 @@ def test_only_blocks_with_light_are_listed_for_merging(ctx: Device) -> None:
     lamps = RenderedLamps(
         ctx, dark_picture_with_lamps((64, 67), places), np.full((64, 67), 8.0, np.float32)
     )
-    words = np.frombuffer(lamps.buffers.lit.read(), np.uint32)
+    words = np.frombuffer(lamps.buffers.blocks.read(), np.uint32)
     listed = {(word >> 16, word & 0xFFFF) for word in words[4 : 4 + words[3]].tolist()}
     assert listed == {(y // 8, x // 8) for y, x in places}
 

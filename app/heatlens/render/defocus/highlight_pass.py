@@ -53,14 +53,14 @@ class HighlightBuffers:
     plan    the chosen level and the arguments of later dispatches (highlight_plan.comp.glsl)
     row     how many discs each row of blocks has, for each level; then where its discs begin
     sprite  the list of discs
-    lit     the list of blocks that hold light
+    blocks  the list of blocks that hold highlights
     """
 
     tally: Buffer
     plan: Buffer
     row: Buffer
     sprite: Buffer
-    lit: Buffer
+    blocks: Buffer
 
     @staticmethod
     def sizes(size: tuple[int, int]) -> dict[str, int]:
@@ -71,7 +71,7 @@ class HighlightBuffers:
             "plan": PLAN_BYTES,
             "row": 4 * HIGHLIGHT_LEVELS * groups_for(size[1], HIGHLIGHT_BLOCK),
             "sprite": _SPRITE_BYTES * SPRITES_MAX,
-            "lit": list_bytes((blocks, 1)),
+            "blocks": list_bytes((blocks, 1)),
         }
 
 
@@ -239,8 +239,8 @@ class HighlightListPass:
         tally_buffers = plan_buffers | {"tally_block": buffers.tally}
         blocks = blocks_for(size, HIGHLIGHT_BLOCK)
         find_uniforms: dict[str, object] = {"picture_size": size}
-        clear_list(buffers.lit)
-        block_buffers = {"pixel_list_block": buffers.lit, "lit_block": split.lit}
+        clear_list(buffers.blocks)
+        block_buffers = {"pixel_list_block": buffers.blocks, "lit_block": split.lit}
         yield from self._bands.run(
             *(self._find, blocks),
             find_uniforms,

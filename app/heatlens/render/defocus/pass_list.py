@@ -115,7 +115,7 @@ PASSES: tuple[Pass, ...] = (
         pass_costs.highlights_listed_bytes,
         _own_memory("highlight plan", "highlight sprite"),
         ("highlights", "lit pixels"),
-        _own_memory("highlight row", "highlight lit") | {"highlight tally": "hidden blocks"},
+        _own_memory("highlight row", "highlight blocks") | {"highlight tally": "hidden blocks"},
     ),
     Pass(
         "far parts",  # the views of parts of the lens behind the focus
