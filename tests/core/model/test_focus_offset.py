@@ -137,7 +137,15 @@ def test_focus_tilt_accounts_for_pixel_aspect():
 
 def test_lens_without_tilt_and_split_has_level_focus():
     lens = Lens(50.0, 2.8, 4.0, 36.0, tilt_direction_deg=90.0, split_position=0.5)
-    assert focus_offset_of(lens, SIZE) == LEVEL and LEVEL.is_level
+    assert focus_offset_of(lens, SIZE) == LEVEL and LEVEL.is_level and LEVEL.is_plane
     assert focus_offset_coc_px(coc_line(lens, 1920), Box(0, 0, 4, 4)) == 0.0
     assert lens.aperture.is_plain
     assert replace(lens, tilt_deg=3.0, split_dioptres=1.0).aperture.is_plain
+
+
+def test_split_focus_is_no_plane_and_a_leaning_plane_is_not_level():
+    lens = Lens(50.0, 2.8, 4.0, 36.0)
+    split = focus_offset_of(replace(lens, split_dioptres=-0.5), SIZE)
+    tilted = focus_offset_of(replace(lens, tilt_deg=3.0), SIZE)
+    assert (split.is_level, split.is_plane) == (False, False)
+    assert (tilted.is_level, tilted.is_plane) == (False, True)

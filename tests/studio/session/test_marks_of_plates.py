@@ -6,15 +6,18 @@ import pytest
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.model.curves.interpolation import Interpolation
+from heatlens.core.model.focus.coc import focus_offset_of
 from heatlens.core.model.marks.marks import DistanceMark, PointMark
 from heatlens.core.model.shot.pull import EASE_PERCENT, PullShape
 from heatlens.media.plate.coc_line import focused_at_pixel
 from heatlens.studio.session.marks.focus_pulls import PULL_FRAMES
 from support.evening import (
     FIRST,
+    HEIGHT,
     LAST,
     LEFT,
     RIGHT,
+    WIDTH,
     begin_session,
     run_until,
     run_until_settled,
@@ -189,6 +192,11 @@ def test_tilted_or_split_focus_is_set_so_that_the_mark_is_sharp(walls, marks, fo
     a = walls.editing.shot.mark_named("A")
     expected_m = focused_at_pixel(walls.source.plate, tilted_lens, *LEFT).focus_distance_m
     assert abs(expected_m - 2.0) > 0.1
+    at_point = focus_offset_of(tilted_lens, (WIDTH, HEIGHT)).dioptres_at(*(x + 0.5 for x in LEFT))
+    assert 1 / expected_m + at_point == pytest.approx(1 / 2.0)
+    walls.lens.commands.focus_at(LEFT)
+    assert focus_m(walls) == pytest.approx(expected_m)
+    walls.lens.commands.focus(5.0)
     marks.focus_on(a)
     assert focus_m(walls) == pytest.approx(expected_m)
     assert dict(walls.facts.marks_m) == pytest.approx({"A": expected_m, "B": 4.0})
