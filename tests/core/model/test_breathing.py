@@ -1,6 +1,7 @@
 """Test lens breathing: the angle of view and the disc size change with the focus distance."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -29,6 +30,12 @@ def test_view_ratio_goes_from_1_at_infinity_to_ratio_at_close_focus(ratio):
     assert view_ratio(lens(0.5, ratio)) == pytest.approx(ratio)
     assert view_ratio(lens(0.4, ratio)) == pytest.approx(ratio)  # nearer it stays
     assert view_ratio(lens(1.0, ratio)) == pytest.approx((1 + ratio) / 2)  # half the dioptres
+
+
+@given(RATIOS)
+def test_unknown_close_focus_is_half_a_meter(ratio):
+    unknown = replace(lens(1.0, ratio), close_focus_m=None)
+    assert view_ratio(unknown) == view_ratio(lens(1.0, ratio))
 
 
 @given(FOCI)

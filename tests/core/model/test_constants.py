@@ -35,6 +35,7 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings, Method, barred_methods
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.value_bins import DepthHistogram, scale_end_dioptres
+from heatlens.core.model.view.view import ViewState
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0)
 
@@ -124,6 +125,11 @@ def test_sharp_px_transmission_stops_and_words_of_measured_from():
     assert sharp_px(lens, 1200) == pytest.approx(1.0)
     slow = Lens(50.0, 2.8, 2.0, 36.0, t_stop=2.8 * math.sqrt(2))
     assert slow.transmission_stops == pytest.approx(-1.0) and LENS.transmission_stops == 0.0
+    assert ViewState(exposure_stops=0.5).with_transmission(slow).exposure_stops == pytest.approx(
+        -0.5
+    )
+    limits = [ViewState().brighten(stops).exposure_stops for stops in (1e3, -1e3)]
+    assert limits == [30.0, -30.0]
     assert MeasuredFrom.FILM.words == "film plane" and MeasuredFrom.PUPIL.words == "entrance pupil"
 
 

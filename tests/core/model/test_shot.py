@@ -278,3 +278,9 @@ def test_distance_at_of_point_mark_averages_noise_in_dioptres():
 def test_marks_reject_impossible_values(make):
     with pytest.raises(InputError, match="ark"):
         make()
+
+
+def test_each_keyed_parameter_has_a_control_of_its_own():
+    controls = [parameter.control for parameter in LensParameter]
+    assert controls[:3] == ["distance", "f-stop", "focal length"]
+    assert all(controls) and len(set(controls)) == len(controls)

@@ -18,6 +18,11 @@ def test_track_mark_typed_parses_clicks_with_frames():
     assert TrackMark.parse("eye", TYPED).clicks == CLICKS
 
 
+def test_track_mark_tells_its_pixels_and_frames():
+    words = TrackMark("eye", CLICKS).location_words(str)
+    assert words == "surface at pixel 12,7.5 at 1001 and 40,-3 at 1010"
+
+
 @pytest.mark.parametrize("typed", ["", "12,7", "12@1001", "12,7@1001/", "1,2@3/4,5"])
 def test_track_mark_typed_rejects_click_without_pixel_or_frame(typed):
     with pytest.raises(InputError, match="X,Y@FRAME"):

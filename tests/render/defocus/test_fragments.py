@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.coc import CocLine
 from heatlens.render.defocus.fragment_pass import FragmentPass, Fragments
 from heatlens.render.defocus.listed_fragments import FragmentBuffers, ListedFragments
@@ -226,3 +227,11 @@ def test_only_rims_of_thin_surfaces_are_listed_as_thin(ctx: Device) -> None:
     parts = split_fragments(ctx, color, coc)
     assert parts["thin"] == 3 * 18 == (parts["kind"] != WHOLE).sum()
     assert split_fragments(ctx, *card_edge(0.3))["thin"] == 0
+
+
+def test_part_of_the_lists_keeps_the_width_of_the_whole_picture(ctx):
+    starts, words = (ctx.buffer(reserve=16) for _ in range(2))
+    whole = FragmentBuffers(starts, words, (30, 20), False)
+    part = whole.crop(Box(2, 3, 12, 9))
+    assert (part.size, part.origin, part.stride) == ((10, 6), (2, 3), 30)
+    assert part.crop(Box(4, 4, 6, 5)).stride == 30

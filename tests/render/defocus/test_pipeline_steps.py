@@ -141,3 +141,17 @@ def test_steps_closed_early_do_not_change_next_picture(rig):
             next(steps)
         steps.close()
         np.testing.assert_array_equal(download(run_all_steps(rig.steps(settings))), whole)
+
+
+def test_forgotten_plate_is_reduced_again(rig, session_context):
+    """Textures keep their place when another plate is uploaded to them."""
+    settings = DefocusSettings(Bokeh.DISC, Quality.FILM, proxy=0.5)
+    fresh, other = Rig(session_context), rig.plate.color[::-1].copy()
+    run_all_steps(rig.steps(settings))
+    for each in (rig, fresh):
+        upload(each.color, other)
+    rig.pipeline.forget_plate()
+    reduced, expected = (download(run_all_steps(it.steps(settings))) for it in (rig, fresh))
+    upload(rig.color, rig.plate.color)
+    rig.pipeline.forget_plate()
+    np.testing.assert_array_equal(reduced, expected)
