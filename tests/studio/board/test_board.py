@@ -161,7 +161,7 @@ def test_take_look_restores_lens_by_the_name_of_the_look(door):
     door.do("Keep this look")
     before = door.state()
     door.do(Focus(1.25))
-    door.do(TakeLook(before.looks[0]))
+    door.do(TakeLook(before.looks[0].name))
     assert door.state().lens == before.lens
     door.do(TakeLook("none"))
     assert door.state().is_problem and "none" in door.state().message

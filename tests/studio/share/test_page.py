@@ -7,7 +7,6 @@ import pytest
 
 import heatlens
 from heatlens.studio.board.board import Board
-from heatlens.studio.share.page_state import PageState
 
 WEB = Path(heatlens.__file__).parent / "studio" / "web"
 FILES = sorted(WEB.iterdir())
@@ -31,7 +30,7 @@ def test_page_references_exactly_its_files():
 def test_page_has_keys_and_buttons_from_the_table_of_commands(walls):
     """Its script of keys names no command; its sheet offers those that have a heading."""
     board = Board(walls)
-    table = PageState(walls, board).entries()["table"]
+    table = board.json_state()["table"]
     assert [name for name, _, _ in table] == [it.name for it in board.remote_commands]
     keyed = {key: name for name, key, sheet in table if key and sheet is not None}
     assert len(keyed) > 25 and keyed["Ctrl+Z"] == "Undo" and "Ctrl+1" not in keyed

@@ -130,7 +130,7 @@ def test_stalled_peer_does_not_delay_other_peers(session):
 def test_no_picture_is_read_from_the_gpu_without_peers(session, monkeypatch):
     async def play(loop, server):
         loop.turn()
-        monkeypatch.setattr(loop._tap._page_state, "entries", lambda: pytest.fail("nobody looks"))
+        monkeypatch.setattr(loop.board, "json_state", lambda: pytest.fail("nobody looks"))
         for _ in range(20):
             loop.turn()
         monkeypatch.undo()

@@ -12,7 +12,6 @@ import heatlens
 from heatlens.studio.board import board
 from heatlens.studio.board.command import in_group, page_command
 from heatlens.studio.board.commands import named_commands
-from heatlens.studio.share.page_state import PageState
 from heatlens.studio.share.shared import SharedSession
 from heatlens.studio.ui.keys_window import sections
 from manual_keys import key_table
@@ -88,7 +87,7 @@ def test_keys_window_and_table_of_the_manual_list_the_new_command(gui):
 
 def test_pages_get_the_new_command_and_may_give_it(gui, exposure):
     door, answers, shared = gui.screen._board, [], SharedSession()
-    entries = PageState(gui.session, door).entries()
+    entries = door.json_state()
     assert ROW in entries["table"] and entries["commands"][NAME] == [None, ""]
     shared.queue_message("Ann (1)", {"do": NAME}, answers.append)
     shared.follow_messages(door)

@@ -12,7 +12,6 @@ from heatlens.core.model.view import overlays
 from heatlens.core.model.view.overlays import OVERLAYS, LegendFacts, Overlay, legend_entries
 from heatlens.core.model.view.view import ViewState
 from heatlens.studio.board.board import Board
-from heatlens.studio.share.page_state import PageState
 from heatlens.studio.ui.keys_window import sections
 from heatlens.studio.ui.palette import matches
 from support.gui import gui_of
@@ -83,10 +82,10 @@ def test_legend_of_the_new_overlay_has_its_words_and_colors(monkeypatch):
 
 
 def test_pages_and_door_offer_the_new_overlay(gui):
-    session, door = gui.session, Board(gui.session)
+    door = Board(gui.session)
     door.check_remote({"do": NEW_OVERLAY.words})
     door.follow({"do": NEW_OVERLAY.words})
-    page = PageState(session, door).entries()
+    page = door.json_state()
     assert page["view"]["overlay"] == "halves" and page["commands"][NEW_OVERLAY.words] == [True, ""]
     assert [NEW_OVERLAY.words, "Shift+J", "Over the picture"] in page["table"]
     door.follow({"change": "view", "overlay": "none"})

@@ -19,11 +19,12 @@ from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.view.view import ViewState
-from heatlens.media.files.json_record import JsonEntry, record_to_json
+from heatlens.media.files.json_record import JsonEntry
 from heatlens.studio.board.command import Command, in_menu_order
 from heatlens.studio.board.commands import named_commands
 from heatlens.studio.board.requests import Request
 from heatlens.studio.board.state import State, state_of
+from heatlens.studio.board.state_json import StateJson
 from heatlens.studio.board.user_keys import problem_of_keys, read_user_keys, with_user_keys
 from heatlens.studio.session.messages import Lasting
 from heatlens.studio.session.session import Session
@@ -51,6 +52,8 @@ class Board:
             session.messages.say(Lasting(problem))
         self._picture, self._picture_key = 0, object()
         self._named = {command.name: command for command in self.commands}
+        self._state: State | None = None
+        self._json = StateJson(self.remote_commands)
 
     def with_commands_of(self, front_end: Iterable[Command]) -> tuple[Command, ...]:
         """Return all commands in the order of the menus, together with those of a front end.
@@ -67,11 +70,21 @@ class Board:
         return with_user_keys(in_menu_order(commands), self._keys)
 
     def state(self) -> State:
-        """Return the state to show now."""
+        """Return the state to show now; the same object as last time if nothing has changed."""
         key = self._session.time.scheduler.picture_key
         self._picture += key != self._picture_key
         self._picture_key = key
-        return state_of(self._session, self.commands, self._picture)
+        state = state_of(self._session, self.commands, self._picture)
+        if self._state is None or state != self._state:
+            self._state = state
+        return self._state
+
+    def json_state(self) -> dict[str, object]:
+        """Return the state to show now as entries of JSON, with the commands that pages may give.
+
+        They are the same object as last time if nothing has changed.
+        """
+        return self._json.entries(self.state())
 
     def do(self, asked: Request | Command | str) -> None:
         """Do a request, a command, or the command of this name; show why if that is impossible."""
@@ -139,7 +152,7 @@ class Board:
             self.follow(message)
         except HeatlensError as error:
             return {"problem": str(error)}
-        return {"state": record_to_json(self.state())}
+        return {"state": self.json_state()}
 
     def follow(self, data: object) -> None:
         """Follow a JSON message. Raise HeatlensError with a sentence if that is impossible."""

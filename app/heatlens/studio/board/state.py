@@ -1,13 +1,16 @@
-"""The state of a session as plain values, for front ends without access to its objects."""
+"""The state of a session in one frozen record, from which front ends take what they show."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from heatlens.core.base.errors import HeatlensError
-from heatlens.core.model.focus.coc import far_limit_m, near_limit_m
+from heatlens.core.model.focus.coc import far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.look import Look
 from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.core.model.view.view import ViewState
+from heatlens.core.model.view.view_geometry import PictureShape
 from heatlens.studio.board.command import Command
 from heatlens.studio.session.session import Session
 
@@ -30,6 +33,11 @@ class CommandState:
     barred: str
 
 
+IS_OBJECT = "is_object"  # marks a field whose object no JSON can hold
+
+
+# A state has no field that changes by itself, such as a time: the board returns the last state
+# again while nothing has changed, and its JSON is then not made anew.
 @dataclass(frozen=True)
 class State:
     """The state of a session that a front end shows.
@@ -48,6 +56,18 @@ class State:
     size_px       width and height of the picture; None before the first
     is_whole      the picture is complete, no preview
     picture       a number that changes with the picture
+    shape         the shape of the display window; one pixel while nothing is open
+    offset_m      the amount by which displayed distances exceed those from the pupil
+    hyperfocal_m  None where the keys give no possible lens
+    keyed_focus_m the focus of the keys, where the lens has another one; else None
+    focus_keys    the frames of the keys of the focus
+    timecode      that of the frame; None without one
+    recording     the stage of the recording of a pull, in lower case
+    beats_left    the number of the count-in before a pull is recorded; 0 without one
+    recorded_keys the number of keys in a recorded pull
+    has_camera    a camera that can move is open
+    part_done     how much of the picture is rendered, 0 to 1; None once it is complete
+    histogram     that of the distances in the picture; None if it has none
     """
 
     source: str
@@ -65,20 +85,31 @@ class State:
     blur: DefocusSettings
     view: ViewState
     marks: tuple[MarkState, ...]
-    looks: tuple[str, ...]
+    looks: tuple[Look, ...]
     size_px: tuple[int, int] | None
     is_whole: bool
     picture: int
     commands: tuple[CommandState, ...]
+    shape: PictureShape
+    offset_m: float
+    hyperfocal_m: float | None
+    keyed_focus_m: float | None
+    focus_keys: tuple[float, ...]
+    frames_per_second: float
+    timecode: str | None
+    recording: str
+    beats_left: int
+    recorded_keys: int
+    has_camera: bool
+    part_done: float | None
+    histogram: DepthHistogram | None = field(metadata={IS_OBJECT: True})
 
 
 def state_of(session: Session, commands: Sequence[Command], picture: int) -> State:
-    """Return the state of the session now.
-
-    `commands` are the named commands, and `picture` is the number of the picture.
-    """
+    """Return the state of the session now, with these commands and the number of its picture."""
     facts, timeline, seen = session.facts, session.time.timeline, session.facts.shown_picture
     lens, shot, marks = _lens(session), facts.shot, session.time.marks
+    recording = session.time.recording
     return State(
         source=shot.source or "",
         opening=session.source.opener.opening or "",
@@ -95,11 +126,24 @@ def state_of(session: Session, commands: Sequence[Command], picture: int) -> Sta
         blur=shot.defocus,
         view=facts.view,
         marks=tuple(MarkState(mark.name, marks.distances.distance_m(mark)) for mark in shot.marks),
-        looks=tuple(look.name for look in shot.looks),
+        looks=shot.looks,
         size_px=None if seen is None else seen.texture.size,
         is_whole=seen is not None and seen.is_whole and not session.time.scheduler.is_rendering,
         picture=picture,
         commands=tuple(_of_command(command) for command in commands),
+        shape=facts.picture_shape,
+        offset_m=facts.lens.measuring_offset_m,
+        hyperfocal_m=_hyperfocal_m(facts.lens),
+        keyed_focus_m=None if lens is None else facts.keyed_focus_m,
+        focus_keys=tuple(key.frame for key in shot.curves.focus_distance_m.keys),
+        frames_per_second=shot.frames_per_second,
+        timecode=timeline.timecode,
+        recording=recording.state.name.lower(),
+        beats_left=recording.beats_left,
+        recorded_keys=recording.key_count,
+        has_camera=facts.has_camera,
+        part_done=facts.rendered_share,
+        histogram=facts.histogram,
     )
 
 
@@ -107,6 +151,13 @@ def _lens(session: Session) -> Lens | None:
     try:
         return session.facts.lens if session.facts.has_lens else None
     except HeatlensError:  # between two keys of a long lens and a near focus
+        return None
+
+
+def _hyperfocal_m(lens: Lens) -> float | None:
+    try:
+        return hyperfocal_m(lens)
+    except HeatlensError:  # between two keys, the lens may be impossible
         return None
 
 

@@ -15,7 +15,6 @@ from heatlens.render.display.picture_pass import Detail, PicturePass, PlacedPict
 from heatlens.render.gpu.device import Device, Framebuffer, Sampling, Texture
 from heatlens.studio.board.board import Board
 from heatlens.studio.session.session import Session
-from heatlens.studio.share.page_state import PageState
 from heatlens.studio.share.picture import Picture, Pixels, crop_to_display
 from heatlens.studio.share.shared import SharedSession
 
@@ -114,7 +113,7 @@ class Tap:
     def __init__(self, session: Session, board: Board, shared: SharedSession) -> None:
         self._session = session
         self._shared = shared
-        self._page_state = PageState(session, board)
+        self._board = board
         self._composer = PictureComposer(session.pictures.renderer.ctx)
         self._key: object = None  # the key of the last picture that was read; None for none
         self._changed_at = time.monotonic()  # when the last picture was read, in seconds
@@ -129,7 +128,7 @@ class Tap:
         if not self._shared.client_count:
             self._key = None  # the next page to connect needs a new picture
             return
-        self._shared.publish(self._page_state.entries(), self._newest_picture(key, make_picture))
+        self._shared.publish(self._board.json_state(), self._newest_picture(key, make_picture))
 
     def key(self, transform_version: int) -> object:
         """Return a key that changes with the picture, under this version of the view transform."""
