@@ -36,6 +36,9 @@ layout(rgba16f) uniform image2D near_img;
 #define MOST_COVERAGE 0.5   // largest coverage: depth is sampled at the pixel's center and missed the near surface
 #define KNOWN_FROM_PX 1.5   // least coc for the use of lists; with less blur, visible neighbors suffice
 #define LEAST_SHARE 0.02    // least coverage to divide by (THIN in lib/layer.lib.glsl)
+#define LEAST_VISIBLE 0.2   // least visible share of the far surface to divide by
+#define DETAIL_FROM 0.3     // visible share of the far surface from which it keeps some of its detail
+#define DETAIL_FULL 0.7     // visible share from which it keeps all of it
 #define FAR_SIDE 5          // side of the searched square in pixels: across a wire's far rim to an unmixed pixel
 
 #ifdef LISTS
@@ -154,8 +157,8 @@ void split_far(uint word) {
     coverage = clamp(coverage, 0.0, MOST_COVERAGE);
     // The residual of the mix is detail of the far side, weighted by how much of it is visible.
     float visible = 1.0 - coverage;
-    vec3 residual = (x - far - coverage * (near.rgb - far)) / max(visible, 0.2);
-    far = max(far + smoothstep(0.3, 0.7, visible) * residual, 0.0);
+    vec3 residual = (x - far - coverage * (near.rgb - far)) / max(visible, LEAST_VISIBLE);
+    far = max(far + smoothstep(DETAIL_FROM, DETAIL_FULL, visible) * residual, 0.0);
     vec3 own = max(x - visible * far, 0.0) / max(coverage, LEAST_SHARE);
     near.rgb = mix(own, near.rgb, unmix_share(near.a));  // in focus, both together are the pixel
     imageStore(far_img, at, vec4(min(far, HALF_MAX), coverage));

@@ -33,7 +33,11 @@ uniform float sharp_px;            // a |coc| up to this counts as in focus
 uniform vec2 range_px;             // least and greatest coc of the plate
 uniform float layer_limits_px[LAYERS_MAX]; // coc between layers, ascending; unused ones are huge
 
-const float TINT = 0.42;  // alpha of a tint: the picture stays readable under it
+const float TINT = 0.42;        // alpha of a tint: the picture stays readable under it
+const float LAYER_TINT = 0.55;  // alpha of the colors of the layers
+const float LINE_ALPHA = 0.9;   // alpha of the line at the plane of focus
+const float LINE_SHARE = 0.3;   // coc, as a share of sharp_px, at which that line has faded to 1/e
+const float DARKEST = 0.06;     // brightness of the least coc that is not sharp
 
 // The coc at a pixel; beyond the border that of the nearest pixel.
 float coc_at(ivec2 at) {
@@ -59,11 +63,11 @@ float crossing(float own, float other) {
 
 // A line where a surface crosses the plane of focus.
 vec4 focus_plane_color(ivec2 at, float coc) {
-    float nearness = coc / (0.3 * sharp_px);
-    float line = exp(-nearness * nearness);
+    float relative_coc = coc / (LINE_SHARE * sharp_px);
+    float line = exp(-relative_coc * relative_coc);
     line = max(line, crossing(coc, coc_at(at + ivec2(1, 0))));
     line = max(line, crossing(coc, coc_at(at + ivec2(0, 1))));
-    return vec4(OVERLAY_FOCUS_LINE, 0.9 * line);
+    return vec4(OVERLAY_FOCUS_LINE, LINE_ALPHA * line);
 }
 
 // The |coc| as brightness, on a logarithmic scale, and the side of the focus as hue.
@@ -71,7 +75,7 @@ vec4 coc_color(ivec2 at, float coc) {
     float widest = max(max(-range_px.x, range_px.y), 2.0 * sharp_px);
     float relative_coc = log2(1.0 + abs(coc)) / log2(1.0 + widest);
     vec3 hue = coc < 0.0 ? OVERLAY_COC_NEAR : OVERLAY_COC_FAR;
-    return vec4(abs(coc) <= sharp_px ? OVERLAY_COC_SHARP : mix(vec3(0.06), hue, relative_coc), 1.0);
+    return vec4(abs(coc) <= sharp_px ? OVERLAY_COC_SHARP : mix(vec3(DARKEST), hue, relative_coc), 1.0);
 }
 
 // Luminance of a pixel of color_tx in stops; 0.002 is added because the logarithm of 0 is infinite.
@@ -108,7 +112,7 @@ vec4 layers_color(ivec2 at, float coc) {
     const vec3 TINTS[LAYERS_MAX + 1] = OVERLAY_LAYERS;
     int layer = 0;
     for (int i = 0; i < LAYERS_MAX; i++) layer += int(coc > layer_limits_px[i]);
-    return vec4(TINTS[layer], 0.55);
+    return vec4(TINTS[layer], LAYER_TINT);
 }
 
 // Composites one color over another, all with straight alpha.

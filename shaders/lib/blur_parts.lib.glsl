@@ -42,7 +42,8 @@ Value unpack(Packed p) { return Value(floats_of(p)); }
 #endif
 #define HAS_SINGLE_POLE (POLES % POLES_PER_TEXEL == 1)
 
-// The texture layer that holds a part of a pole (the first pole of its texel).
+// The texture layer that holds a part of a pole; with two poles a texel, `pole` is the first of the two. The two poles
+// have two layers, one for each part; a last pole without a partner has a single layer for both parts.
 int layer_of(int part, int pole) {
 #if !defined HALF_POLES && COMPLEX
     return 2 * pole + part;

@@ -25,6 +25,7 @@ layout(rgba32f) uniform writeonly image2D out_match_img;
 #define SURE_VARIANCE 0.03       // variance of the logarithm at which the match has half its weight
 #define ALIKE_LOG 0.7            // logarithm of the ratio up to which surfaces are the same
 #define UNLIKE_LOG 1.2           // logarithm from which they are different
+#define LEAST_PIXELS 0.5         // least sum of coverage on either side of an end for a measurement
 
 // Pixels in a row that belong to one surface.
 struct Stretch {
@@ -63,7 +64,7 @@ void add_match(inout vec4 sum, ivec2 at, int k, int ahead, int hidden_px) {
     float diameter = texelFetch(state_tx, end, 0).r;
     Stretch front = stretch_of(end, away_direction, false, diameter, visible_in_row(k, end, ahead > 0, layer_size));
     Stretch back = stretch_of(end - away_direction, -away_direction, true, diameter, hidden_px);
-    if (min(front.sum.a, back.sum.a) < 0.5) return;
+    if (min(front.sum.a, back.sum.a) < LEAST_PIXELS) return;
     vec4 visible = front.sum, listed = back.sum;
     vec3 ratio = log((visible.rgb / visible.a + LEAST_LIGHT) / (listed.rgb / listed.a + LEAST_LIGHT));
     // Uncertain measurements count less, and their hue even less.

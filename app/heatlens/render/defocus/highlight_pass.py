@@ -180,7 +180,8 @@ class HighlightSplitPass:
             # The shader takes the highlights out of this copy.
             lists.whole.packed_lists.words.copy_to(lists.rest_words)
         heat = named_kernel("heat")
-        diffusion = Diffusion(luminance, half_coc, heat, optics.disc.spreads, _SURROUNDINGS_PX / 2)
+        least_px = _SURROUNDINGS_PX / 2  # in pixels of the picture of half the size
+        diffusion = Diffusion(luminance, half_coc, heat, optics.disc.spreads, least_px=least_px)
         yield from self._blur.steps(diffusion, targets)
         yield from self._bands.run(
             self._split.version(lists is not None),

@@ -84,8 +84,9 @@ def layer_plans(cuts: list[LayerCut], optics: Optics, size: tuple[int, int]) -> 
 def _plan_layer(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
     """Plan the layer of `cut` in a picture whose shorter side is `side_px`."""
     coc = optics.occupied_px
-    # a plan of the cut alone, only for its ends
-    low, high = (np.searchsorted(coc, end) for end in LayerPlan(cut, 1, 0.0, 0.0).coc_range_px)
+    # a plan of the cut alone, only for its range of coc
+    cut_alone = LayerPlan(cut, reduction=1, widest_px=0.0, uncovered_px=0.0)
+    low, high = (np.searchsorted(coc, end) for end in cut_alone.coc_range_px)
     layer_coc = coc[max(low - 1, 0) : high + 1]  # a limit may lie within a bin
     widest_px = float(np.max(np.abs(layer_coc), initial=0.0))
     narrowest_px = _least_px(cut, float(layer_coc[-1])) * min(optics.disc.spreads)

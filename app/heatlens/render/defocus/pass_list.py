@@ -114,8 +114,9 @@ PASSES: tuple[Pass, ...] = (
         | _comp("highlight_restore", variants=_LISTS),
         pass_costs.highlights_listed_bytes,
         _own_memory("highlight plan", "highlight sprite"),
-        ("highlights", "lit pixels"),
-        _own_memory("highlight row", "highlight blocks") | {"highlight tally": "hidden blocks"},
+        reads_last=("highlights", "lit pixels"),
+        private_memory=_own_memory("highlight row", "highlight blocks")
+        | {"highlight tally": "hidden blocks"},
     ),
     Pass(
         "far parts",  # the views of parts of the lens behind the focus
@@ -167,20 +168,23 @@ PASSES: tuple[Pass, ...] = (
         {},
         pass_costs.coc_fill_bytes,
         _own_memory("layer coc"),
-        ("layer state",),
-        {"coc fill diameters": "pixel list", "coc fill weights": "hidden blocks"},
-        (LineSystem("lib/fill_system.lib.glsl"),),
+        reads_last=("layer state",),
+        private_memory={"coc fill diameters": "pixel list", "coc fill weights": "hidden blocks"},
+        systems=(LineSystem("lib/fill_system.lib.glsl"),),
     ),
     Pass(
         "blur",
         {},
         pass_costs.blur_pass_bytes,
         _own_memory("blurred"),
-        ("layer coc",),
-        _own_memory("poles"),
-        (
-            *(LineSystem(_BLUR, n, n > 1, (("HALF_POLES", 1),)) for n in (1, 2, 3, 4, 5)),
-            LineSystem(_BLUR, 4, True, (("HALF_POLES", 1), ("SHAPED", 1))),
+        reads_last=("layer coc",),
+        private_memory=_own_memory("poles"),
+        systems=(
+            *(
+                LineSystem(_BLUR, poles, is_complex=poles > 1, defines=(("HALF_POLES", 1),))
+                for poles in (1, 2, 3, 4, 5)
+            ),
+            LineSystem(_BLUR, 4, is_complex=True, defines=(("HALF_POLES", 1), ("SHAPED", 1))),
         ),
     ),
     Pass(
@@ -206,7 +210,7 @@ PASSES: tuple[Pass, ...] = (
         _comp("limits"),
         pass_costs.limits_bytes,
         _own_memory("frame", "frame of a plate", "in plate's light"),
-        ("alpha out",),
+        reads_last=("alpha out",),
     ),
     Pass("colours", _comp("channels_copy"), pass_costs.colours_bytes, reads_last=("colours kept",)),
     Pass(

@@ -186,7 +186,9 @@ class ScenePeel:
             return (yield from self.steps(view, picture, done, place_scene, bank))
         nearest, stored = float(picture.bins.high), min(count, out.capacity)
         bins = self._survey.with_fragments(out.depth, out.words, stored, nearest)
-        fragments = FragmentBuffers(out.starts, out.words, view.size, False, is_exact=True)
+        fragments = FragmentBuffers(
+            out.starts, out.words, view.size, is_measured=False, is_exact=True
+        )
         return Peeled(fragments, out.depth, out.positions, bins, count, out.capacity)
 
     def _grow_capacity(self, count: int, size: tuple[int, int]) -> bool:
