@@ -35,8 +35,10 @@ settings.register_profile("repeated", derandomize=True, deadline=None)
 settings.load_profile("repeated")
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Move the user's folders away, so that no test reads or changes real preferences."""
+    # xdist would start files of few tests last; a few of them are the longest, and one ran alone.
+    config.option.loadscopereorder = False
     folder = Path(tempfile.gettempdir()) / f"heatlens-tests-{os.getpid()}"
     os.environ["HEATLENS_CONFIG_DIR"] = str(folder / "preferences")
     os.environ["HEATLENS_LOG_DIR"] = str(folder / "reports")

@@ -210,23 +210,10 @@ def test_doctor_finds_no_fault_on_second_driver(second_driver):
     assert run.returncode == 0, report
 
 
-def test_golden_and_law_tests_pass_on_second_driver(second_driver):
+def test_golden_and_law_tests_pass_on_second_driver_with_nan_filled_textures(second_driver):
+    """Every new texture and buffer is filled with NaN, and the pictures must not change."""
     files = [TESTS / name for name in (GOLDENS, HIGHLIGHTS, "render/frames/test_laws.py")]
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *map(str, files)]
-    run = subprocess.run(
-        command, env=second_driver, cwd=TESTS.parent, capture_output=True, text=True
-    )
-    assert run.returncode == 0, run.stdout[-4000:]
-
-
-def test_golden_tests_pass_with_nan_filled_new_textures():
-    """Every new texture and buffer is filled with NaN, and the pictures must not change."""
-    files = [TESTS / GOLDENS, TESTS / HIGHLIGHTS]
-    run = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *map(str, files)],
-        env=ENVIRONMENT | {"HEATLENS_FILL_NAN": "1"},
-        cwd=TESTS.parent,
-        capture_output=True,
-        text=True,
-    )
+    environment = second_driver | {"HEATLENS_FILL_NAN": "1"}
+    run = subprocess.run(command, env=environment, cwd=TESTS.parent, capture_output=True, text=True)
     assert run.returncode == 0, run.stdout[-4000:]
