@@ -105,7 +105,7 @@ def test_bench_scene_plate_flip_equals_render_of_written_plate(
     assert score(picture, light_of(truth)).flip == pytest.approx(flip, abs=1e-3)
 
 
-def test_bench_scene_of_shot_uses_its_lens_and_frames(capsys, tmp_path):
+def test_bench_scene_of_shot_uses_its_lens_and_frames(capsys, tmp_path, small_demo):
     shot = str(tmp_path / "s.heatlens.json")
     assert main(["shot", "new", "demo", "-o", shot, "--frames", "60-61", "--f-stop", "8"]) == 0
     capsys.readouterr()

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -28,10 +29,16 @@ def test_read_shot_rejects_every_truncation(tmp_path):
         assert refusal(path, content[:length])
 
 
+@pytest.fixture(scope="module")
+def whole_file(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """Return the content of a shot file in which every field is written."""
+    return write_shot_in(FULL, tmp_path_factory.mktemp("whole")).read_bytes()
+
+
 @given(st.data())
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=300)
-def test_read_shot_of_flipped_byte_gives_shot_or_input_error(tmp_path, data):
-    content = bytearray(write_shot_in(FULL, tmp_path).read_bytes())
+def test_read_shot_of_flipped_byte_gives_shot_or_input_error(tmp_path, whole_file, data):
+    content = bytearray(whole_file)
     content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
     read_or_refuse(tmp_path / "s.heatlens.json", bytes(content))
 
@@ -59,8 +66,10 @@ def paths_in_json(value, path=()):
 
 @given(st.data(), ANY_JSON)
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=300)
-def test_read_shot_of_any_changed_value_gives_shot_or_input_error(tmp_path, data, value):
-    top = {"": json.loads(write_shot_in(FULL, tmp_path).read_text("utf-8"))}
+def test_read_shot_of_any_changed_value_gives_shot_or_input_error(
+    tmp_path, whole_file, data, value
+):
+    top = {"": json.loads(whole_file)}
     *path, last_key = data.draw(st.sampled_from(list(paths_in_json(top))[1:]))
     parent = top
     for name in path:
