@@ -9,12 +9,11 @@ from typing import NamedTuple
 
 
 class Noisy(NamedTuple):
-    """A request: the reader to call with its argument, and the noise to print in some way."""
+    """A request: the reader to call with its argument, and what to print, each in its way."""
 
     reader: str  # module:name
     argument: object
-    way: str
-    words: bytes
+    noises: tuple[tuple[str, bytes], ...]  # the way and the words of each
 
 
 def _by_c(words: bytes) -> None:
@@ -34,10 +33,15 @@ WAYS: dict[str, Callable[[bytes], object]] = {
 def noisy(request: Noisy) -> object:
     """Print noise, call the reader, print noise again. Return the reader's result."""
     module, _, name = request.reader.partition(":")
-    WAYS[request.way](request.words)
+    _print_noises(request)
     answer = getattr(importlib.import_module(module), name)(request.argument)
-    WAYS[request.way](request.words)
+    _print_noises(request)
     return answer
+
+
+def _print_noises(request: Noisy) -> None:
+    for way, words in request.noises:
+        WAYS[way](words)
 
 
 class Evil:

@@ -40,10 +40,12 @@ MOVING = (
     "media.scene.gltf.lights",
     "media.scene.gltf.deform",
 )
-NOISE = {
-    "little": b"Unable find slot_id: 7 in mob \x80\x04cposix\nsystem\n" * 4,
-    "much": b"x" * 2**20,
-}
+LITTLE = b"Unable find slot_id: 7 in mob \x80\x04cposix\nsystem\n" * 4
+MUCH = b"x" * 2**20
+NOISES = (
+    *(("print", LITTLE), ("descriptor", LITTLE), ("C", LITTLE), ("descriptor", MUCH), ("C", MUCH)),
+    ("unflushed", LITTLE),  # last, since printing flushes it
+)
 
 
 def called_readers(path: Path) -> Iterator[str]:
@@ -165,19 +167,24 @@ def asked(tmp_path, request) -> tuple[str, object]:
 LOUD = sorted(name for name in READERS if "documents" not in name)
 
 
-QUIET: dict[str, bytes] = {}  # the answer of each reader that prints nothing
+def check_noises_change_no_answer(reader: str, argument: object, *noises: tuple[str, bytes]):
+    quiet = call_in_process(object_named(reader), argument, "a file")
+    loud = call_in_process(noisy, Noisy(reader, argument, noises), "a file")
+    assert pack_answer(loud) == pack_answer(quiet)
 
 
 @pytest.mark.parametrize("asked", LOUD, indirect=True)
+def test_called_apart_returns_same_answer_if_reader_prints_in_every_way(asked, tests_importable):
+    assert {way for way, _ in NOISES} == WAYS.keys()
+    check_noises_change_no_answer(*asked, *NOISES)
+
+
 @pytest.mark.parametrize(
-    ("way", "amount"), [*((way, "little") for way in WAYS), ("descriptor", "much"), ("C", "much")]
+    "asked", ["heatlens.media.plate.picture.picture_open:picture_info"], indirect=True
 )
-def test_called_apart_returns_same_answer_if_reader_prints(asked, way, amount, tests_importable):
-    reader, argument = asked
-    if reader not in QUIET:
-        QUIET[reader] = pack_answer(call_in_process(object_named(reader), argument, "a file"))
-    loud = call_in_process(noisy, Noisy(reader, argument, way, NOISE[amount]), "a file")
-    assert pack_answer(loud) == QUIET[reader]
+@pytest.mark.parametrize("noise", NOISES, ids=lambda noise: f"{noise[0]}-{len(noise[1])}")
+def test_called_apart_returns_same_answer_if_reader_prints(asked, noise, tests_importable):
+    check_noises_change_no_answer(*asked, noise)
 
 
 def write_aaf(path: Path, mob: str) -> None:
