@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.model.shot.settings import Quality
+from heatlens.core.model.view.view import Compare
 from heatlens.studio.board.board import REQUESTS, Board
 from heatlens.studio.board.requests import (
     Focus,
@@ -163,5 +164,43 @@ def test_take_look_restores_lens_by_the_name_of_the_look(door):
     door.do(Focus(1.25))
     door.do(TakeLook(before.looks[0].name))
     assert door.state().lens == before.lens
+    assert door.state().view.compare is Compare.OFF
+    door.do("Grid of looks")
+    assert door.state().view.compare is Compare.GRID
+    door.do(TakeLook(before.looks[0]))
+    assert door.state().view.compare is Compare.OFF
     door.do(TakeLook("none"))
     assert door.state().is_problem and "none" in door.state().message
+
+
+def test_take_look_leaves_a_wipe_as_it_is(door):
+    door.do("Keep this look")
+    door.do("Wipe")
+    door.do(TakeLook(door.state().looks[0]))
+    assert door.state().view.compare is Compare.WIPE
+
+
+def test_pull_goes_from_the_focus_of_now_to_the_named_mark_in_its_frames(door):
+    """Another mark would be offered first: the nearest one that the focus is not on."""
+    for at in ((40, 16), (8, 16), (9, 16)):
+        door.do(MarkAt(*at))
+    first = door.state().first
+    door.do(Focus(5.0))
+    door.do(Pull("A", 4))
+    distances_m = []
+    for frame in (first, first + 4, first + 9):
+        door.do(Go(frame))
+        distances_m.append(door.state().lens.focus_distance_m)
+    assert distances_m == pytest.approx([5.0, 8.0, 8.0])
+    door.do(Pull("A", 0))
+    assert door.state().message == "A pull must last at least 1 frame, not 0."
+
+
+def test_next_shot_of_a_reel_steps_by_one_and_previous_back(session, monkeypatch):
+    steps = []
+    monkeypatch.setattr(session.files.reel, "step", steps.append)
+    monkeypatch.setattr(type(session.files.reel), "why_not", "")
+    board = Board(session)
+    for name in ("Next shot", "Previous shot"):
+        board.do(name)
+    assert steps == [1, -1]
