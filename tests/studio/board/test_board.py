@@ -167,7 +167,7 @@ def test_take_look_restores_lens_by_the_name_of_the_look(door):
     assert door.state().view.compare is Compare.OFF
     door.do("Grid of looks")
     assert door.state().view.compare is Compare.GRID
-    door.do(TakeLook(before.looks[0]))
+    door.do(TakeLook(before.looks[0].name))
     assert door.state().view.compare is Compare.OFF
     door.do(TakeLook("none"))
     assert door.state().is_problem and "none" in door.state().message
@@ -176,7 +176,7 @@ def test_take_look_restores_lens_by_the_name_of_the_look(door):
 def test_take_look_leaves_a_wipe_as_it_is(door):
     door.do("Keep this look")
     door.do("Wipe")
-    door.do(TakeLook(door.state().looks[0]))
+    door.do(TakeLook(door.state().looks[0].name))
     assert door.state().view.compare is Compare.WIPE
 
 

@@ -1,6 +1,7 @@
 """Which sources have frames rendered ahead, where they come from, and what a change may cost."""
 
 from threading import current_thread
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -138,3 +139,12 @@ def test_session_loop_lists_no_files_and_keeps_its_frame_order(session, monkeypa
     run_loop_once(session)
     assert session.time.frames_ahead._order.frames is order and len(order) == COUNT
     assert current_thread() not in listing_threads
+
+
+def test_another_source_frees_the_memory_of_frames_ahead(walls, monkeypatch):
+    unloaded = []
+    with monkeypatch.context() as patch:
+        filler = SimpleNamespace(unload=lambda: unloaded.append("filler"))
+        patch.setattr(walls.time.frames_ahead, "_filler", filler)
+        walls.time.frames_ahead.restart()
+    assert unloaded == ["filler"]

@@ -310,12 +310,3 @@ def test_kept_screen_prepares_smaller_mipmap_level_when_zoomed_out(session, scre
     texture = screen.texture(screen.frame_at_playhead(), view)
     small, whole = (np.frombuffer(texture.read(level=level), np.uint8) for level in (1, 0))
     assert small.size == whole.size // 4 and small.mean() == pytest.approx(whole.mean(), rel=0.02)
-
-
-def test_another_source_frees_the_memory_of_frames_ahead(walls, monkeypatch):
-    unloaded = []
-    with monkeypatch.context() as patch:
-        filler = SimpleNamespace(unload=lambda: unloaded.append("filler"))
-        patch.setattr(walls.time.frames_ahead, "_filler", filler)
-        walls.time.frames_ahead.restart()
-    assert unloaded == ["filler"]
