@@ -32,7 +32,7 @@ def test_added_lens_parameter_works_in_commands_files_and_timeline(tmp_path):
         """
         from heatlens.fronts.commands.main import main
         from heatlens.media.documents.shot_file import read_shot
-        from heatlens.studio.session.keys.key_rows import shown_rows
+        from heatlens.core.model.keys.key_rows import shown_rows
         from heatlens.core.model.shot.lens_parameter import LensParameter
         from heatlens.studio.ui.timeline.curve_axis import AXES
         words = "shot new a.####.exr -o a.heatlens.json --focal-length 50 --sensor-width 36".split()

@@ -7,15 +7,15 @@ import pytest
 from heatlens.core.base.errors import InputError, LensError
 from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.curves.interpolation import Interpolation
+from heatlens.core.model.keys import key_choice
+from heatlens.core.model.keys.key_choice import KeyId, all_keys, keys_at
+from heatlens.core.model.keys.key_rows import CAMERA, RowChoice, key_count, paste_into_row
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.framing import CameraTrack, Framing, Pose, PoseKey
 from heatlens.core.model.shot.lens_parameter import FOCUS_SCALES, LensParameter
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.keys import key_choice
-from heatlens.studio.session.keys.key_choice import KeyId, all_keys, keys_at
 from heatlens.studio.session.keys.key_commands import KeyCommands
 from heatlens.studio.session.keys.key_drag import KeyDrag, keys_in_box, nearest_key
-from heatlens.studio.session.keys.key_rows import CAMERA, RowChoice, key_count, paste_into_row
 from heatlens.studio.session.shot.editing import Editing
 from support.shared import shared_of
 

@@ -9,6 +9,8 @@ import pytest
 
 from heatlens.core.base.errors import FaultError, InputError
 from heatlens.core.model.curves.interpolation import Interpolation
+from heatlens.core.model.keys.key_choice import all_keys
+from heatlens.core.model.keys.key_rows import RowChoice
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import PointMark
 from heatlens.core.model.shot.lens_parameter import LensParameter
@@ -25,10 +27,8 @@ from heatlens.media.scene.scene_read import DEMO
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.textures import download
 from heatlens.render.preview.level_choice import fastest_settings
-from heatlens.studio.session.keys.key_choice import all_keys
 from heatlens.studio.session.keys.key_commands import KeyCommands
 from heatlens.studio.session.keys.key_drag import Ends, KeyStretch
-from heatlens.studio.session.keys.key_rows import RowChoice
 from heatlens.studio.session.marks.lessons import Lesson, Lessons
 from heatlens.studio.session.pictures.look_pictures import LookPictures
 from heatlens.studio.session.session import Session

@@ -11,13 +11,13 @@ import pytest
 
 import heatlens
 from heatlens.core.model.curves.curve import Key
+from heatlens.core.model.keys.key_rows import ROWS, shown_rows
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.fronts.commands.shots.shot_new import add_shot_options
 from heatlens.fronts.commands.shots.typed_keys import PARAMETER_BY_NAME, parse_keys
-from heatlens.studio.session.keys.key_rows import ROWS, shown_rows
 from heatlens.studio.ui.setting_places import SETTINGS
 from heatlens.studio.ui.timeline import dope_sheet
 from heatlens.studio.ui.timeline.curve_axis import AXES

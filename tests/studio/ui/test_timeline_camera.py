@@ -7,16 +7,16 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.shot.framing import CameraTrack, Pose, PoseKey
-from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.studio.session.keys.key_choice import (
+from heatlens.core.model.keys.key_choice import (
     KeyId,
     all_keys,
     copy_keys,
     delete_keys,
     paste_keys,
 )
-from heatlens.studio.session.keys.key_rows import CAMERA, ROWS
+from heatlens.core.model.keys.key_rows import CAMERA, ROWS
+from heatlens.core.model.shot.framing import CameraTrack, Pose, PoseKey
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
 from support.session_files import QUICK

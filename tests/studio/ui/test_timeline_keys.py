@@ -7,8 +7,8 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.model.curves.interpolation import Interpolation
+from heatlens.core.model.keys.key_choice import KeyId
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.studio.session.keys.key_choice import KeyId
 from support.gui import Gui
 from support.sequences import FIRST, LAST
 from support.timeline_window import current_frame, film_window, reset_window, ruler_position

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.core.model.keys.key_choice import all_keys
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import PullShape, shaped_pull
-from heatlens.studio.session.keys.key_choice import all_keys
 from heatlens.studio.session.live.pull_recording import RecordingState
 from support.gui import Gui
 from support.sequences import FIRST, LAST

@@ -6,6 +6,7 @@ A front end uses the desks of the subjects that it shows. The session polls the 
 from collections.abc import Mapping
 from pathlib import Path
 
+from heatlens.core.model.keys.key_rows import CAMERA, Row, RowChoice
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.studio.session.exports.export_commands import ExportCommands
 from heatlens.studio.session.files.file_commands import FileCommands
@@ -13,7 +14,6 @@ from heatlens.studio.session.files.open_reel import OpenReel
 from heatlens.studio.session.files.shot_documents import ShotDocuments
 from heatlens.studio.session.files.start_choices import RecentFiles, StartChoices
 from heatlens.studio.session.keys.key_commands import KeyCommands
-from heatlens.studio.session.keys.key_rows import CAMERA, Row, RowChoice
 from heatlens.studio.session.lens.lens_commands import LensCommands
 from heatlens.studio.session.lens.lens_imports import FramingImport
 from heatlens.studio.session.live.pull_recording import PullRecording

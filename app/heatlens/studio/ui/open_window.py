@@ -5,8 +5,8 @@ from heatlens.studio.ui.devices import work_area_of  # imports ImGui before glfw
 import glfw  # isort: skip
 
 from heatlens.core.base.errors import NoWindowError
+from heatlens.core.model.view.ui_sizes import fitted_size
 from heatlens.studio.session.settings.preferences import PreferenceValues
-from heatlens.studio.session.settings.ui_sizes import fitted_size
 
 _SIZE = 1600, 900
 _HELP = (

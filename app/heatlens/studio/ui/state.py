@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 from imgui_bundle import imgui
 
+from heatlens.core.model.view.ui_sizes import next_scale, scaled_layout, with_scale
 from heatlens.studio.session.desks import FileDesk, TimeDesk
 from heatlens.studio.session.keys.key_drag import KeyDrag, KeyStretch
 from heatlens.studio.session.settings.preferences import Preferences, Theme
-from heatlens.studio.session.settings.ui_sizes import next_scale, scaled_layout, with_scale
 from heatlens.studio.session.shot.editing import Editing
 from heatlens.studio.ui import theme
 from heatlens.studio.ui.files.file_browser import FileDialogs

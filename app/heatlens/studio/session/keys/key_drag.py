@@ -10,9 +10,7 @@ from typing import Generic, Literal, TypeVar
 
 from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.curves.interpolation import Ease
-from heatlens.core.model.shot.framing import PoseKey
-from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.keys.key_choice import (
+from heatlens.core.model.keys.key_choice import (
     KeyId,
     KeySelection,
     all_keys,
@@ -20,14 +18,16 @@ from heatlens.studio.session.keys.key_choice import (
     frames_of,
     ripple_keys,
 )
-from heatlens.studio.session.keys.key_commands import KeyCommands
-from heatlens.studio.session.keys.key_rows import (
+from heatlens.core.model.keys.key_rows import (
     ROWS,
     keyed_curve,
     keys_of,
     paste_into_row,
     with_keyed_curve,
 )
+from heatlens.core.model.shot.framing import PoseKey
+from heatlens.core.model.shot.shot import Shot
+from heatlens.studio.session.keys.key_commands import KeyCommands
 from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.shot.editing import Editing
 

@@ -14,11 +14,11 @@ from enum import Enum, auto
 
 from heatlens.core.model.curves.key_reduction import Samples
 from heatlens.core.model.focus.coc import sharp_dioptres
+from heatlens.core.model.keys.key_rows import RowChoice
 from heatlens.core.model.shot.history import History
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import apply_recorded_focus, apply_recorded_parameter
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.keys.key_rows import RowChoice
 from heatlens.studio.session.live.ring_take import RingTake, Track
 from heatlens.studio.session.messages import Problem, Worker, report_errors
 from heatlens.studio.session.shared import Commands, Shared

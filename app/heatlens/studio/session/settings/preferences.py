@@ -16,13 +16,13 @@ from heatlens.core.base.paths import absolute, read_file_bytes
 from heatlens.core.model.option import Values
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.view.guides import NO_GUIDES, USUAL_PEAKING, Guides, Peaking
+from heatlens.core.model.view.ui_sizes import SCALES
 from heatlens.core.model.view.view import ViewState
 from heatlens.deliver.farm.connection import SchedulerIdentity
 from heatlens.media.files.atomic_file import FOR_THE_USER, lock_file, write_whole
 from heatlens.media.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.media.live.ring.channel_map import ChannelMap
 from heatlens.studio.session.settings.export_place import HERE, ExportPlace, LeftExport
-from heatlens.studio.session.settings.ui_sizes import SCALES
 from heatlens.studio.session.time.playback import Ending
 
 if TYPE_CHECKING:

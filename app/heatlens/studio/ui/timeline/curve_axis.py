@@ -14,9 +14,9 @@ from itertools import pairwise
 from heatlens.core.base.errors import LensError
 from heatlens.core.model.curves.curve import Curve
 from heatlens.core.model.curves.interpolation import Scale
+from heatlens.core.model.keys.key_choice import KeySelection, check_shot, frames_of
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.keys.key_choice import KeySelection, check_shot, frames_of
 
 _MIN_LABELS = 3
 _MIN_DIOPTRES = 1e-6  # dioptres; stands for infinity, which has no place on a scale of meters

@@ -12,10 +12,10 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.curves.interpolation import Interpolation
+from heatlens.core.model.keys.key_choice import key_of
+from heatlens.core.model.keys.key_rows import CAMERA
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.session.desks import TimeDesk
-from heatlens.studio.session.keys.key_choice import key_of
-from heatlens.studio.session.keys.key_rows import CAMERA
 from heatlens.studio.session.live.pull_recording import RecordingState
 from heatlens.studio.session.time.timeline import Run
 from heatlens.studio.ui import probe, texts, theme, widgets

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.studio.session.settings.ui_sizes import (
+from heatlens.core.model.view.ui_sizes import (
     SCALES,
     fitted_size,
     next_scale,
