@@ -126,8 +126,8 @@ class LiveFocus:
 
     def __post_init__(self) -> None:
         self._check_pursuits()
-        lengths = {len(it.distances_m) for it in self.measured}
-        missing = set(self.marks) - {it.mark for it in self.measured}
+        lengths = {len(mark.distances_m) for mark in self.measured}
+        missing = set(self.marks) - {measured.mark for measured in self.measured}
         if self.measured and (missing or len(lengths) > 1):
             raise InputError("The marks that are followed must all be measured at the same frames.")
 
@@ -149,7 +149,7 @@ class LiveFocus:
     @property
     def marks(self) -> tuple[str, ...]:
         """The names of the marks that are followed."""
-        return tuple(dict.fromkeys(it.mark for it in self.pursuits))
+        return tuple(dict.fromkeys(pursuit.mark for pursuit in self.pursuits))
 
     @property
     def frames(self) -> range:
@@ -170,10 +170,12 @@ class LiveFocus:
         return replace(
             self,
             pursuits=tuple(
-                replace(it, mark=new_name) if it.mark == old_name else it for it in self.pursuits
+                replace(pursuit, mark=new_name) if pursuit.mark == old_name else pursuit
+                for pursuit in self.pursuits
             ),
             measured=tuple(
-                replace(it, mark=new_name) if it.mark == old_name else it for it in self.measured
+                replace(measured, mark=new_name) if measured.mark == old_name else measured
+                for measured in self.measured
             ),
         )
 
@@ -183,11 +185,11 @@ class LiveFocus:
         Pulls that end after `start_frame` are left out.
         """
         earlier_pursuits = [
-            it
-            for it in self.pursuits
-            if it.start_frame is None or it.start_frame + it.frames <= start_frame
+            pursuit
+            for pursuit in self.pursuits
+            if pursuit.start_frame is None or pursuit.start_frame + pursuit.frames <= start_frame
         ]
-        is_measured = any(it.mark == mark for it in self.measured)
+        is_measured = any(measured.mark == mark for measured in self.measured)
         return replace(
             self,
             pursuits=(*earlier_pursuits, Pursuit(mark, start_frame, frames)),
@@ -203,7 +205,8 @@ class LiveFocus:
         """
         step_most = self.follow.most_dioptres_per_s / frames_per_second
         tracks = {
-            it.mark: self._smooth_track(it.distances_m, half_sharp_dioptres) for it in self.measured
+            measured.mark: self._smooth_track(measured.distances_m, half_sharp_dioptres)
+            for measured in self.measured
         }
         track = tracks[self.pursuits[0].mark]
         for pursuit in self.pursuits[1:]:

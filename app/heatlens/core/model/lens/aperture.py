@@ -180,7 +180,7 @@ def _is_plain(aperture: Aperture) -> bool:
 
 @lru_cache(maxsize=64)
 def _light(blades: Blades, rim: float) -> float:
-    return opening.light(blades, None, rim)
+    return opening.light(blades, barrel=None, rim=rim)
 
 
 @lru_cache(maxsize=64)

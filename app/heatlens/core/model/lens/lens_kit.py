@@ -150,9 +150,9 @@ class LensKit:
             return limited_lens
         names = ("focal_length_mm", "f_stop", "focus_distance_m")
         unchanged_values = {
-            n: getattr(requested_lens, n)
-            for n in names
-            if getattr(requested_lens, n) == getattr(previous_lens, n)
+            name: getattr(requested_lens, name)
+            for name in names
+            if getattr(requested_lens, name) == getattr(previous_lens, name)
         }
         return replace(limited_lens, **unchanged_values)
 

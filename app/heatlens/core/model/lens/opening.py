@@ -127,7 +127,7 @@ def map_to_blades(points: Array, blades: Blades) -> Array:
         + sector * corner
         + np.interp(angle - sector * corner, table_areas, table_angles)
     )
-    radius = np.hypot(*points.T) * rim_radius(angle, blades, None)
+    radius = np.hypot(*points.T) * rim_radius(angle, blades, barrel=None)
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
 
 
@@ -139,7 +139,7 @@ def _areas_from_corner(blades: Blades) -> tuple[Array, Array]:
     """
     sector = 2 * math.pi / blades.number
     angle = np.linspace(0.0, sector, _TABLE_ANGLES)
-    square = rim_radius(angle + blades.turn, blades, None) ** 2
+    square = rim_radius(angle + blades.turn, blades, barrel=None) ** 2
     area = np.concatenate([[0.0], np.cumsum(square[1:] + square[:-1])])
     return angle, area * (sector / area[-1])
 
@@ -162,12 +162,12 @@ def variance(blades: Blades, rim: float) -> float:
     Regular polygons have the same along every axis.
     """
     angle, step = _angles()
-    square = rim_radius(angle, blades, None) ** 2
+    square = rim_radius(angle, blades, barrel=None) ** 2
     # The integral of s^2 profile(s^2) s ds, by Gauss and Legendre exact for its polynomial in s^2.
     nodes, weights = np.polynomial.legendre.leggauss(RIM_POWER + 2)
     squares = square[:, None] * (nodes + 1) / 2
     moment = np.sum(squares * profile(squares, rim) * weights, axis=1) * square / 4
-    return float(np.sum(moment) * step / 2 / light(blades, None, rim))
+    return float(np.sum(moment) * step / 2 / light(blades, barrel=None, rim=rim))
 
 
 def variances(barrel: Barrel) -> Pair:

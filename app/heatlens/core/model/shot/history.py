@@ -116,7 +116,8 @@ def _changed_blur_names(before: Shot, after: Shot) -> list[str]:
 
 def _changed_curve_names(before: Shot, after: Shot) -> list[str]:
     is_live_changed = before.curves.live != after.curves.live
-    return ["what the focus follows"] * is_live_changed + [
+    live_names = ["what the focus follows"] if is_live_changed else []
+    return live_names + [
         f"keys of the {_SHORT.get(str(parameter), parameter.words)}"
         for parameter in LensParameter
         if before.curves.of(parameter) != after.curves.of(parameter)
