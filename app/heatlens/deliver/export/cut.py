@@ -44,7 +44,9 @@ class Cut:
 
     @property
     def fingerprint(self) -> str:
-        fingerprints = ["black" if it is None else it.fingerprint for it in self.movie_frames]
+        fingerprints = [
+            "black" if frame is None else frame.fingerprint for frame in self.movie_frames
+        ]
         return fingerprint_of_movie(fingerprints, self.reel.frames_per_second)
 
     @property
@@ -89,7 +91,10 @@ def export_cut(
     force = any(plan.job.options.force for plan in cut.parts)
     if not force and is_movie_finished(cut.path, cut.fingerprint):
         for shot_number, plan in enumerate(cut.parts):
-            yield from ((shot_number, FrameDone(it.frame, it.path, True)) for it in plan.frames)
+            yield from (
+                (shot_number, FrameDone(frame.frame, frame.path, was_there=True))
+                for frame in plan.frames
+            )
         return
     make_folder(cut.output.folder)
     check_writable(cut.path)

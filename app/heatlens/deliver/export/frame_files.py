@@ -84,7 +84,7 @@ def _write_deep(job: ExportJob, frame: RenderedFrame) -> None:
     attributes = {
         **plate.attributes,
         **lens_header(plate, planned.lens),
-        **blurred_mark(False),
+        **blurred_mark(is_blurred=False),
         JOB_ATTRIBUTE: planned.fingerprint,
         "framesPerSecond": exact_rate(job.shot.frames_per_second),
     }

@@ -75,7 +75,8 @@ class FrameRendering:
         self._sequence_check = SequenceCheck(plan.job.shot.plate_options.scene_unit_m)
         self._take_as_standard(previous_origin)
         is_final = self._job.shot.defocus.quality is Quality.FINAL and not self._job.pinhole
-        self._timed_frames = {frame.frame for frame in frames[: _TIMED_FRAMES * is_final]}
+        timed_count = _TIMED_FRAMES if is_final else 0
+        self._timed_frames = {frame.frame for frame in frames[:timed_count]}
         is_exr = plan.job.output.is_exr
         self._display_pictures = None if is_exr else DisplayPictures(renderer.ctx, plan.job.look)
 
@@ -229,7 +230,7 @@ def _no_canvas_message(canvases: tuple[Canvas, ...], display: FloatImage) -> str
 
 
 def _stretch_width(display: FloatImage, factor: float) -> FloatImage:
-    """Return the picture widened by the factor `across`; overshoot at edges is clipped."""
+    """Return the picture `factor` times as wide; overshoot at edges is clipped."""
     height, width = display.shape[:2]
     size = max(1, round(width * factor)), height
     planes = [

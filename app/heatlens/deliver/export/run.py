@@ -100,7 +100,7 @@ def export_frames(
     """
     check_may_replace(plan)
     if is_movie_joined(plan):
-        yield from (FrameDone(frame.frame, frame.path, True) for frame in plan.frames)
+        yield from (FrameDone(frame.frame, frame.path, was_there=True) for frame in plan.frames)
         return
     make_folder(plan.job.output.folder, plan.is_part)  # the task of a farm may be the first
     make_folder(plan.folder)
@@ -190,4 +190,11 @@ def _write_and_report(write: Write, frame: RenderedFrame) -> FrameDone:
     write(frame)
     surfaces_lost = frame.plate.surfaces_lost
     number, path = frame.planned.frame, frame.planned.path
-    return FrameDone(number, path, False, surfaces_lost, frame.remarks, pace=frame.pace)
+    return FrameDone(
+        number,
+        path,
+        was_there=False,
+        surfaces_lost=surfaces_lost,
+        remarks=frame.remarks,
+        pace=frame.pace,
+    )

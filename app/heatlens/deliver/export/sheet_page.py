@@ -99,7 +99,7 @@ def _lens_facts(shot: Shot, entries: Sequence[SheetEntry]) -> dict[str, str]:
     zoom_frames = [key.frame for key in shot.curves.focal_length_mm.keys]
     frames += [frame for frame in zoom_frames if frames[0] < frame < frames[-1]]
     lengths_mm = [shot.lens_at(frame).focal_length_mm for frame in frames]
-    shortest, longest = (f"{it:.4g} mm" for it in (min(lengths_mm), max(lengths_mm)))
+    shortest, longest = (f"{length_mm:.4g} mm" for length_mm in (min(lengths_mm), max(lengths_mm)))
     return {
         "lens": shortest if shortest == longest else f"{shortest} to {longest}",
         "film back": f"{shot.lens.sensor_width_mm:.4g} mm wide",

@@ -131,7 +131,7 @@ def check_for_scheduler(identity_text: str | None) -> Callable[[SchedulerIdentit
     return check
 
 
-_ANY_SCHEDULER = check_for_scheduler(None)
+_ANY_SCHEDULER = check_for_scheduler(identity_text=None)
 
 
 @contextmanager

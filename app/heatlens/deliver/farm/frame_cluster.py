@@ -144,7 +144,7 @@ class FrameCluster:
         self._closed.set()
         self._retry_now.set()
         self.request_frames(())
-        self.request_urgent(None)
+        self.request_urgent(request=None)
         self._thread.close()
 
     # Called by its thread
@@ -307,7 +307,9 @@ class _SchedulerConnection:
         try:
             job = job_to_send(request.make())
         except HeatlensError as error:
-            self._cluster.deliver_results([FrameResult(request.key, None, str(error))])
+            self._cluster.deliver_results(
+                [FrameResult(request.key, picture=None, problem=str(error))]
+            )
             return
         task = {
             "pure": False,
@@ -405,7 +407,7 @@ def _result_of(sent: _SentFrame) -> Iterator[FrameResult]:
         answer = answer_of(sent.future)
         picture = None if answer is None else picture_of_answer(answer)
     except HeatlensError as error:
-        yield FrameResult(key, None, str(error))
+        yield FrameResult(key, picture=None, problem=str(error))
     else:
         if picture is not None:
             yield FrameResult(key, picture)

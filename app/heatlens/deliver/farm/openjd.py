@@ -57,7 +57,7 @@ def write_bundle(job: FarmJob, folder: Path) -> None:
         "parameters.json": json.dumps(values, indent=2, ensure_ascii=False) + "\n",
         "parameter_values.yaml": _yaml_document({"parameterValues": value_entries}),
         "asset_references.yaml": _yaml_document({"assetReferences": assets}),
-        "template.yaml": job_template(job, None),
+        "template.yaml": job_template(job, folder=None),
     }
     make_folder(folder)
     for name, text in texts.items():

@@ -42,7 +42,7 @@ def read_picture(path: str | os.PathLike[str]) -> Picture:
     path = Path(path)
     parts = color_file_parts(path, PlateOptions())
     headers = [header for header, _ in parts]
-    choice = choose_color(path, headers, None)
+    choice = choose_color(path, headers, layer=None)
     header = headers[choice.rgb[0].part]
     channels = [pixels_of(parts, ref).astype(np.float32) for ref in choice.rgb]
     return Picture(

@@ -126,9 +126,12 @@ def _ssim(display: FloatImage, display_truth: FloatImage) -> float:
     """
     a, b = display.astype(np.float64), display_truth.astype(np.float64)
     mean_a, mean_b = _window_means(a), _window_means(b)
-    sample = _SSIM_SIDE_PX**2 / (_SSIM_SIDE_PX**2 - 1)
-    variances = sample * (_window_means(a * a) + _window_means(b * b) - mean_a**2 - mean_b**2)
-    covariance = sample * (_window_means(a * b) - mean_a * mean_b)
+    # n / (n - 1) for n pixels makes sample covariances of those of the window.
+    sample_factor = _SSIM_SIDE_PX**2 / (_SSIM_SIDE_PX**2 - 1)
+    variances = sample_factor * (
+        _window_means(a * a) + _window_means(b * b) - mean_a**2 - mean_b**2
+    )
+    covariance = sample_factor * (_window_means(a * b) - mean_a * mean_b)
     luminance = (2 * mean_a * mean_b + _SSIM_C1) / (mean_a**2 + mean_b**2 + _SSIM_C1)
     return float(np.mean(luminance * (2 * covariance + _SSIM_C2) / (variances + _SSIM_C2)))
 

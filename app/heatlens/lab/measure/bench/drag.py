@@ -60,7 +60,7 @@ class DragView:
 
     def draw_at_rest(self, picture: Texture) -> ScreenPixels:
         """Return the whole picture as on the screen, (H, W, 3), 0 to 1."""
-        return self._draw_screen(self._to_display(picture), None)
+        return self._draw_screen(self._to_display(picture), detail=None)
 
     def draw_moving(self, picture: Texture, shot: Shot, rest_proxy: float) -> ScreenPixels:
         """Return a level's `picture` of `shot` as it is shown while dragging."""
@@ -116,10 +116,14 @@ class DragView:
     def _draw_screen(self, picture: Texture, detail: Detail | None) -> ScreenPixels:
         """Draw a picture over the whole screen, and return its pixels (H, W, 3), 0 to 1."""
         width, height = self.size
-        corners = (0.0, 0.0), (float(width), float(height))
-        is_whole = detail is None
         placed_picture = PlacedPicture(
-            picture, *corners, Box(0, 0, width, height), is_whole, True, detail
+            picture,
+            first=(0.0, 0.0),
+            last=(float(width), float(height)),
+            clip=Box(0, 0, width, height),
+            is_nearest=detail is None,
+            is_opaque=True,
+            detail=detail,
         )
         self._picture_pass.run([placed_picture], self._screen, self.size)
         while self._temporary:

@@ -183,13 +183,16 @@ def render_truth(
     pictures = []
     for view_count in (max(views // 2, 1), views):  # the second continues the first
         settings = replace(frame.shot.defocus, method=Method.ACCUMULATION, views=view_count)
-        pictures.append(_render_views(_with_settings(frame, settings), view_count, report_progress))
+        pictures.append(_render_truth(_with_settings(frame, settings), view_count, report_progress))
     half, whole = pictures
     return whole, score(half, whole).flip
 
 
-def _render_views(frame: SceneFrame, views: int, report_progress: ReportProgress) -> FloatImage:
-    """Render the picture with the lens of the shot; report progress every _REPORT_EVERY views."""
+def _render_truth(frame: SceneFrame, views: int, report_progress: ReportProgress) -> FloatImage:
+    """Return the mean (H, W, 3) of all views of the shot's settings through its lens.
+
+    `views` is their number, for the message. Progress is reported every `_REPORT_EVERY` views.
+    """
     report_progress(truth_message(views))
     views_done = count(1)
 

@@ -215,11 +215,14 @@ def measure_method(
 
 
 def run_times(
-    subject: Subject, settings: DefocusSettings, runs: int, last_start: float
+    subject: Subject, settings: DefocusSettings, runs: int, last_start_s: float
 ) -> list[float]:
-    """Return the seconds of `runs` frames, or fewer if the clock passes `last_start`."""
+    """Return the seconds of `runs` frames, or fewer: none begins after `last_start_s`.
+
+    That is a time of the monotonic clock.
+    """
     seconds: list[float] = []
-    while len(seconds) < runs and time.monotonic() < last_start:
+    while len(seconds) < runs and time.monotonic() < last_start_s:
         subject.forget(settings)
         seconds.append(run_seconds(subject.renderer.ctx, lambda: subject.draw(settings)))
     return seconds
