@@ -250,8 +250,14 @@ class FrameRenderer:
             out = pipeline.scratch.texture("out", size, 4)
             yield from self._source.through_lens(shot, frame, size, out)
             return out
-        through = pipeline, shot.lens_at(frame), shot.defocus, self._check_fits
-        blur = PlateBlur(self._passes, self._focus_offsets, *through)
+        blur = PlateBlur(
+            self._passes,
+            self._focus_offsets,
+            pipeline,
+            lens=shot.lens_at(frame),
+            settings=shot.defocus,
+            check_fits=self._check_fits,
+        )
         return (yield from blur.steps(self.loaded))
 
     def copy(self, picture: Texture, out: Texture) -> None:
@@ -275,15 +281,15 @@ class FrameRenderer:
         """Refuse pictures too large for this machine, and methods that the source forbids."""
         size = proxy_size(self._source.size(shot), shot.defocus.proxy)
         self._source.check_method(shot.defocus.method)
-        bent_by_names = (
+        non_planar = (
             non_planar_terms(shot.lens_at(frame))
             if shot.defocus.method is Method.ACCUMULATION
             else []
         )
-        if bent_by_names:
+        if non_planar:
             raise InputError(
                 "The method accumulation draws whole views, each with one plane of focus, and so "
-                f"no {' and no '.join(bent_by_names)}: use raytraced."
+                f"no {' and no '.join(non_planar)}: use raytraced."
             )
         self._check_fits(size)
 

@@ -32,7 +32,7 @@ _DIRECT_MAX_S = (
 _DIRECT_MAX_COARSE_S = 0.25  # the same if the plate will soon be refined
 _LEAST_SPEEDUP = 3.0  # an intermediate preview must be at least this many times faster
 Kind = tuple[Method, Bokeh, Quality, int]  # the last is the number of layers
-SizedKind = tuple[Kind, float]  # with the scale: small pictures cost more for each pixel
+SizedKind = tuple[Kind, float]  # with the proxy: small pictures cost more for each pixel
 
 _NEWEST_WEIGHT = 0.4  # weight of the newest picture in the running mean of its kind
 
@@ -151,7 +151,8 @@ class CostModel:
             return float("inf")
         work_ratios = {entry: _work(settings) / _work_of(entry) for entry in same_kind or known}
         nearest = min(work_ratios, key=lambda entry: abs(math.log(work_ratios[entry])))
-        known_s = self.seconds_per_px[nearest] * pixels * (nearest[1] / settings.proxy) ** 2
+        _, nearest_proxy = nearest
+        known_s = self.seconds_per_px[nearest] * pixels * (nearest_proxy / settings.proxy) ** 2
         growth: float = work_ratios[nearest] ** self.work_power
         return known_s * growth * _view_count(settings)
 

@@ -43,7 +43,7 @@ class SourceKind:
                                    times
     make_single_source(path, options)  the same for one file, even if it belongs to a sequence
     open_source(opening)           open it with its first picture, on a thread
-    camera(shot, wish)             return the camera of a shot for other programs
+    camera(shot, request)          return the camera of a shot for other programs
     feed(picture, opened)          bring its pictures to the GPU for the window: a `PictureFeed`
     commands()                     read it on the command line: a `SourceCommands`
     python(name, asked)            open it in Python: a `heatlens.fronts.api.source.Source`

@@ -80,5 +80,5 @@ def camera_of_shot(
     Raises InputError if no frames are known or the scene cannot be read, and LensError if keys lead
     to an impossible lens.
     """
-    wish = CameraRequest(name, frames, sensor_height_mm, scene_unit_m, up_axis)
-    return kind_of(shot.source or "").camera(shot, wish)
+    request = CameraRequest(name, frames, sensor_height_mm, scene_unit_m, up_axis)
+    return kind_of(shot.source or "").camera(shot, request)

@@ -131,8 +131,16 @@ def open_plates(opening: Opening) -> OpenedPlates:
     except Exception:
         cache.close()
         raise
-    first_fields = text, first_frame, plate.notes, plate.attributes
-    return OpenedPlates(*first_fields, source, cache, plate, changes)
+    return OpenedPlates(
+        text=text,
+        frame=first_frame,
+        notes=plate.notes,
+        attributes=plate.attributes,
+        render_source=source,
+        cache=cache,
+        plate=plate,
+        counter=changes,
+    )
 
 
 def _first_frame(sequence: Sequence, text: str, requested: int | None) -> int:

@@ -131,14 +131,14 @@ class PlateOnGpu:
 
         light, alpha = cutout.light[..., :3] * factor[:3], cutout.light[..., 3:]
         return CutoutTextures(
-            new_uploaded(np.concatenate([light, share], axis=-1)),
-            new_uploaded(np.concatenate([alpha] * 3 + [share], axis=-1))
+            light=new_uploaded(np.concatenate([light, share], axis=-1)),
+            alpha=new_uploaded(np.concatenate([alpha] * 3 + [share], axis=-1))
             if plate.has_alpha or cutout.ground is not None
             else None,
-            new_uploaded(cutout.depth),
-            new_uploaded(cutout.rest.color * factor),
-            new_uploaded(_depth_or_coc(cutout.rest)),
-            None if cutout.ground is None else new_uploaded(cutout.ground * factor),
+            depth=new_uploaded(cutout.depth),
+            rest_color=new_uploaded(cutout.rest.color * factor),
+            rest_depth=new_uploaded(_depth_or_coc(cutout.rest)),
+            ground=None if cutout.ground is None else new_uploaded(cutout.ground * factor),
         )
 
     def _fragments_of(self, plate: Plate, light_scale: float) -> FragmentBuffers | None:

@@ -191,6 +191,14 @@ def open_scene_source(opening: Opening) -> OpenedScene:
     stamps = tuple(file.stamp for file in stamp_files(source.all_files))  # before it is read
     with opening.stop.applies_to_thread():
         first = first_shot(opening.text, timing=opening.timing, placing=opening.placing)
-    scene, timing = first.scene, opening.timing
-    first_fields = opening.text, first.frame, scene.notes, scene, timing, stamps
-    return OpenedScene(*first_fields, source, opening.options, first)
+    return OpenedScene(
+        text=opening.text,
+        frame=first.frame,
+        notes=first.scene.notes,
+        scene=first.scene,
+        timing=opening.timing,
+        stamps=stamps,
+        render_source=source,
+        requested_options=opening.options,
+        first=first,
+    )
