@@ -155,7 +155,7 @@ class Scene(Source):
         if request.focus_at is not None:
             plate = renderer.load_pinhole(shot, frame).plate
             shot = _with_lens(shot, focused_at_pixel(plate, shot.lens_at(frame), *request.focus_at))
-        self._notes.warn(*first.scene.notes, *breathing_notes(shot.lens_at(frame), None))
+        self._notes.warn(*first.scene.notes, *breathing_notes(shot.lens_at(frame), plate=None))
         return shot, frame
 
     def _check_lens(self, request: RenderRequest) -> None:

@@ -84,7 +84,7 @@ def _writable_folder() -> Path:
 
 
 def _default_view() -> ViewTransform:
-    config = load_color_config(None)
+    config = load_color_config(path=None)
     display, view = config.default_display, config.default_view
     return view_transform(config, display, view, config.default_input_space)
 

@@ -104,8 +104,8 @@ class Gpu:
                 _build(self.ctx, build)
             except ShaderError as error:
                 failures.append(" ".join(str(error).split()))
-        for step in failures:
-            yield Finding("shaders", "fault", step)
+        for failure in failures:
+            yield Finding("shaders", "fault", failure)
         built = len(builds) - len(failures)
         message = f"{built} of {len(builds)} builds"
         details = {"built": built, "refused": failures}

@@ -57,7 +57,7 @@ def still_life(ctx: Device) -> Iterator[Finding]:
 
 def color(ctx: Device) -> Iterator[Finding]:
     """Compare OpenColorIO's default view on the GPU with the same view on the processor."""
-    config = load_color_config(None)
+    config = load_color_config(path=None)
     view = view_transform(
         config, config.default_display, config.default_view, config.default_input_space
     )

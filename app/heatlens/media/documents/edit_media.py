@@ -128,7 +128,7 @@ class MediaFinder:
         """Return the media of a clip of OpenTimelineIO."""
         reference = _reference_of(clip)
         if reference is None:
-            return self._find_by_path_or_name("", clip.name, None, None)
+            return self._find_by_path_or_name("", clip.name, first=None, start_s=None)
         available = reference.available_range
         start_s = None if available is None else seconds(available.start_time)
         if hasattr(reference, "frame_zero_padding"):

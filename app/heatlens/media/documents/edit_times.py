@@ -168,8 +168,10 @@ def _fill_gaps(spans: Iterable[ShownSpan], span: Span) -> Iterator[ShownSpan]:
     filled_until_s = span[0]
     for shown in sorted(spans, key=lambda entry: entry.first_s):
         if shown.first_s > filled_until_s:
-            yield ShownSpan(None, shown.clock, filled_until_s, shown.first_s)
+            yield ShownSpan(
+                clip=None, clock=shown.clock, first_s=filled_until_s, end_s=shown.first_s
+            )
         yield shown
         filled_until_s = shown.end_s
     if filled_until_s < span[1]:
-        yield ShownSpan(None, Clock(), filled_until_s, span[1])
+        yield ShownSpan(clip=None, clock=Clock(), first_s=filled_until_s, end_s=span[1])

@@ -181,7 +181,7 @@ def _check_keys(document: JsonEntry, shot: Shot) -> None:
     """Raise InputError if a key leads to an impossible lens, or a followed mark is missing."""
     if shot.missing_marks:
         document.refuse(f"the focus follows mark {shot.missing_marks[0]}, which the shot lacks")
-    keys = JsonEntry(document.path, "keys", None)
+    keys = JsonEntry(document.path, "keys", value=None)
     for frame in shot.key_frames:
         keys.build(shot.lens_at, {"frame": frame})
 

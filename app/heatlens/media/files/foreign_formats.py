@@ -26,7 +26,7 @@ _WORDS = {
 }
 
 
-def foreign_words(path: Path) -> str:
+def describe_other_format(path: Path) -> str:
     """Return a phrase on a file of a kind that heatlens cannot read; "" for any other file.
 
     It says what the file is, and which kinds heatlens reads instead.

@@ -101,7 +101,7 @@ def _off_axis_notes(path: Path, light: NDArray[np.float32]) -> tuple[str, ...]:
 def _read_luminance(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
     """Return the light (H, W) of a picture, and the notes on it."""
     parts = color_file_parts(path, PlateOptions())
-    choice = choose_color(path, [header for header, _ in parts], None)
+    choice = choose_color(path, [header for header, _ in parts], layer=None)
     red, green, blue = (pixels_of(parts, ref).astype(np.float32) for ref in choice.rgb)
     with np.errstate(invalid="ignore", over="ignore"):  # NaN and infinity are reported elsewhere
         luminance = _RED * red + _GREEN * green + _BLUE * blue

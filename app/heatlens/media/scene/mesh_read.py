@@ -120,7 +120,7 @@ class _MeshReader:
             normals, colors = None, _decode_srgb(splats)  # their normals are all 0
             self.notes[_SPLATS_NOTE] = None
         valid_normals = None if normals is None else normals[is_valid]
-        solids = make_point_solids(positions[is_valid], None, valid_normals)
+        solids = make_point_solids(positions[is_valid], radii=None, normals=valid_normals)
         if np.count_nonzero(is_valid) > POINTS_MOST:
             self.notes[f"There are very many points: {POINTS_MOST:,} are drawn, but larger."] = None
         solid_colors = None if colors is None else colors[is_valid][solids.point]
@@ -132,7 +132,13 @@ class _MeshReader:
         self.materials.append(material)
         self.meshes.append(
             make_mesh(
-                what, solid_positions, solids.triangles, solid_normals, None, number, solid_colors
+                what,
+                solid_positions,
+                solids.triangles,
+                solid_normals,
+                uvs=None,
+                material=number,
+                colors=solid_colors,
             )
         )
 

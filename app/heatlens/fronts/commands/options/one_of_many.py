@@ -9,7 +9,7 @@ from pathlib import Path
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.paths import unreadable_error
 from heatlens.fronts.commands.output.say import print_messages
-from heatlens.media.files.foreign_formats import foreign_words
+from heatlens.media.files.foreign_formats import describe_other_format
 from heatlens.media.files.picture_formats import is_picture
 from heatlens.media.sequence.names import parse_frame_name
 from heatlens.media.sequence.sequence import Sequence, find_sequence
@@ -27,15 +27,15 @@ def frame_in_sequence(text: str) -> tuple[int, Sequence] | None:
 
 def names_picture(path: Path) -> bool:
     """Return whether a name has the ending of a picture, even of a format that cannot be read."""
-    return path.suffix.lower() == ".exr" or is_picture(path) or bool(foreign_words(path))
+    return path.suffix.lower() == ".exr" or is_picture(path) or bool(describe_other_format(path))
 
 
 def check_frame_of_file(text: str, frame: int) -> None:
     """Raise InputError if --frame requests another frame than that of the single file `text`."""
     if not os.path.isfile(text):
         raise unreadable_error(Path(text))
-    if words := foreign_words(Path(text)):
-        raise InputError(f"{text} is {words}.")
+    if other_format := describe_other_format(Path(text)):
+        raise InputError(f"{text} is {other_format}.")
     found = frame_in_sequence(text)
     own_frame = parse_frame_name(Path(text).name)[1] if found is None else found[0]
     if own_frame == frame:

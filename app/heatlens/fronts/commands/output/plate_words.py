@@ -48,7 +48,7 @@ def print_shot_doubts(shot: Shot, plate: Plate | None, camera: CameraSamples | N
     Also print doubts about the unit of the focus in `camera`, and the effect of breathing.
     """
     if plate is None:
-        print_messages(*breathing_notes(shot.lens, None))
+        print_messages(*breathing_notes(shot.lens, plate=None))
     else:
         print_messages(*blurred_notes(plate.path, plate.attributes))
         print_messages(

@@ -47,7 +47,7 @@ class SceneCommands(SourceCommands):
         """Load the scene, and return the shot of its camera and the frame."""
         shot, frame, notes = load_scene(args, renderer, settings)
         print_messages(*notes)
-        print_breathing(shot.lens, None)
+        print_breathing(shot.lens, plate=None)
         return shot, frame
 
     def shot(self, args: argparse.Namespace) -> Shot:

@@ -47,7 +47,7 @@ def align_camera_to_plate(
         sequence = find_sequence(args.plate)
     except InputError:  # a scene, or a plate without files yet, which `plate_shot` reports
         sequence = None
-    frames = _shot_frames(args, sequence, None)
+    frames = _shot_frames(args, sequence, camera=None)
     return match_by_timecode(
         camera, _timecode_of_plate(args, sequence), shot_rate(args, camera), frames
     )
@@ -60,7 +60,7 @@ def _timecode_of_plate(
 
     Return None if neither gives one, also if the option is given but no frame is known.
     """
-    frames = _shot_frames(args, sequence, None)
+    frames = _shot_frames(args, sequence, camera=None)
     if args.start_timecode is not None:
         return None if frames is None else (frames.first, parse_timecode(args.start_timecode))
     return None if sequence is None else first_timecode(sequence)

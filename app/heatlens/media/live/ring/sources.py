@@ -163,7 +163,9 @@ class RingSources:
         with self._lock:
             names, ring_source = tuple(self._sources), self._find_source(source)
             if ring_source is None:
-                return SourceState(None, names, 0.0, 0.0, self.version)
+                return SourceState(
+                    sample=None, sources=names, rate_hz=0.0, age_s=0.0, version=self.version
+                )
             age_s = self._clock() - ring_source.last_sample_s
             return SourceState(
                 *(

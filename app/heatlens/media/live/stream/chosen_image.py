@@ -163,7 +163,9 @@ def _depth_by_image_name(image: TevImage, word: str) -> _DepthImage | None:
 def _find_own_depth(image: TevImage, name: str | None, is_coc: bool) -> ChannelRef | None:
     """Return the depth channel of an image; None if it has none."""
     try:
-        return choose_depth(plate_path(image.name), [header_of(image)], name, None, is_coc)
+        return choose_depth(
+            plate_path(image.name), [header_of(image)], name, color=None, prefers_coc=is_coc
+        )
     except InputError:
         return None
 
@@ -171,7 +173,7 @@ def _find_own_depth(image: TevImage, name: str | None, is_coc: bool) -> ChannelR
 def _has_color(image: TevImage) -> bool:
     """Return whether an image has channels from which a color can be chosen."""
     try:
-        choose_color(plate_path(image.name), [header_of(image)], None)
+        choose_color(plate_path(image.name), [header_of(image)], layer=None)
     except InputError:
         return False
     return True

@@ -164,7 +164,8 @@ class DeepPart:
         chunks, samples_left = [], SAMPLES_MOST
         most_possible = file.seek(0, 2) * _SMALLER_MOST // self._sample_bytes
         for offset in offsets:
-            file.seek(offset + 4 * has_parts)
+            # In a file with several parts, the number of its part precedes a chunk in four bytes.
+            file.seek(offset + (4 if has_parts else 0))
             box = self._read_chunk_box(file)
             if box is None:
                 continue

@@ -86,8 +86,8 @@ def read_flattened_part(path: Path) -> Part:
     Raises InputError as `read_deep_plate` does.
     """
     headers = read_headers(path)
-    channels = choose_deep_channels(path, headers, None, None)
-    stack, _ = _read_stack(DeepPart(path, channels.part), channels, 1.0)
+    channels = choose_deep_channels(path, headers, layer=None, eye=None)
+    stack, _ = _read_stack(DeepPart(path, channels.part), channels, unit_m=1.0)
     pixels: dict[str, NDArray[np.generic]] = {}
     pixels |= {name: stack.color[..., k] for k, name in enumerate("RGBA")} | {"Z": stack.depth_m}
     channel_list = [SimpleNamespace(name=name, xSampling=1, ySampling=1) for name in pixels]
@@ -205,7 +205,9 @@ class _Faults:
             (self.sliced, "are thick and let light through, and were cut into slices"),
         )
         return tuple(
-            f"{path}: {n} of {self.sample_count} samples {words}." for n, words in kinds if n
+            f"{path}: {count} of {self.sample_count} samples {words}."
+            for count, words in kinds
+            if count
         )
 
 

@@ -122,13 +122,13 @@ def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) 
         case DepthConvention.DISTANCE:
             return _from_distance(raw, options.scene_unit_m)
         case DepthConvention.DISPARITY:
-            return _from_disparity(scale_white_to_one(raw), False, options)
+            return _from_disparity(scale_white_to_one(raw), is_inverted=False, options=options)
         case DepthConvention.DISPARITY_INVERTED:
-            return _from_disparity(scale_white_to_one(raw), True, options)
+            return _from_disparity(scale_white_to_one(raw), is_inverted=True, options=options)
         case DepthConvention.NORMALIZED:
-            return _from_normalized(scale_white_to_one(raw), False, options)
+            return _from_normalized(scale_white_to_one(raw), is_inverted=False, options=options)
         case DepthConvention.NORMALIZED_INVERTED:
-            return _from_normalized(scale_white_to_one(raw), True, options)
+            return _from_normalized(scale_white_to_one(raw), is_inverted=True, options=options)
         case DepthConvention.AUTO:
             raise ValueError("The convention must be known before depths are converted.")
         case _:

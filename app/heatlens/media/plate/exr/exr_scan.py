@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.paths import open_regular_file, unreadable_error
-from heatlens.media.files.foreign_formats import foreign_words
+from heatlens.media.files.foreign_formats import describe_other_format
 
 MAGIC = b"\x76\x2f\x31\x01"
 _MULTI_PART_FLAG = 0x1000
@@ -168,8 +168,8 @@ def check_exr(path: Path) -> None:
 
 def _check_magic(path: Path, magic: bytes) -> None:
     """Raise InputError if these first bytes of a file are not those of an EXR."""
-    if magic != MAGIC and (words := foreign_words(path)):
-        raise InputError(f"{path} is {words}.")
+    if magic != MAGIC and (other_format := describe_other_format(path)):
+        raise InputError(f"{path} is {other_format}.")
     if magic != MAGIC:
         problem = "is empty" if not magic else "is not an OpenEXR file"
         raise InputError(

@@ -169,7 +169,11 @@ def _first_sensor_side(headers: Sequence[Header], axis: int) -> float | None:
     """Return the first usable width (axis 0) or height (axis 1) of the sensor, in millimeters."""
     for header in headers:
         size = np.asarray(header.get(_SENSOR, ()))
-        if size.shape == (2,) and size.dtype.kind in "if" and _is_usable(size[axis], False):
+        if (
+            size.shape == (2,)
+            and size.dtype.kind in "if"
+            and _is_usable(size[axis], allow_infinite=False)
+        ):
             return float(size[axis])
     return None
 

@@ -98,7 +98,7 @@ def _find_by_numbers(attributes: Mapping[str, object]) -> HeaderPrimaries | None
     if matching is not None or not _are_valid_chromaticities(values):
         return HeaderPrimaries("chromaticities", text, matching)
     header_space = Primaries("the header's primaries", "", tuple(float(value) for value in values))
-    return HeaderPrimaries("chromaticities", text, None, header_space)
+    return HeaderPrimaries("chromaticities", text, known=None, primaries=header_space)
 
 
 def _are_valid_chromaticities(values: NDArray[np.generic]) -> bool:

@@ -229,7 +229,7 @@ def is_missing(value: object) -> bool:
 def parse_distance(value: object) -> Length | None:
     """Return a distance, which may be infinite but not zero; None if it cannot be read."""
     if isinstance(value, int | float):
-        return Length(float(value), None) if value >= _LEAST else None  # the unit is not stated
+        return Length(float(value), unit_m=None) if value >= _LEAST else None
     text = str(value)
     try:
         distance_m = parse_distance_m(text)
@@ -238,7 +238,7 @@ def parse_distance(value: object) -> Length | None:
     if distance_m < _LEAST:
         return None
     # A text with a unit has been converted to meters; a bare number has no unit.
-    return Length(distance_m, None if is_bare_number(text) else 1.0)
+    return Length(distance_m, unit_m=None if is_bare_number(text) else 1.0)
 
 
 def parse_focal_length(value: object) -> Length | None:

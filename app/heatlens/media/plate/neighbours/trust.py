@@ -52,7 +52,7 @@ def doubt_reason(view: View, moved_frame: MovedFrame, canvas: Canvas) -> str:
     is_same = is_seen & (compared.z > compared.front_m * np.float32(1 - _SAME_DEPTH))
     if is_same.sum() <= _LEAST_SHARED * is_seen.sum():
         return "its depths and those of this frame do not agree: another shot, or a wrong camera."
-    if _is_light_explained(compared, is_same, _SHIFT_PX):
+    if _is_light_explained(compared, is_same, shift_px=_SHIFT_PX):
         return ""
     return (
         "its camera fits the picture no better than a static camera, so it must be wrong: check "
@@ -72,7 +72,7 @@ def is_static_view(view: View, moved_frame: MovedFrame, canvas: Canvas) -> bool:
     is_same = np.abs(compared.z - compared.front_m) <= _NO_MOVE * compared.front_m
     if (is_same & is_far).sum() <= _LEAST_STILL * is_far.sum():
         return False
-    return _is_light_explained(compared, is_same, 1)
+    return _is_light_explained(compared, is_same, shift_px=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,7 +240,11 @@ def is_static_between(a: Plate, b: Plate) -> bool:
 
     Compare plates that lie far apart: a slow camera hardly moves from one frame to the next.
     """
-    first, second = (View(k, plate, np.eye(4), (1, 1), (0, 0)) for k, plate in enumerate((a, b)))
+    # With one camera for both, any focal length serves: no pixel moves between the two.
+    first, second = (
+        View(frame, plate, world_to_camera=np.eye(4), focal_px=(1, 1), centre_px=(0, 0))
+        for frame, plate in enumerate((a, b))
+    )
     if size_reason(first, second) or a.data_window != b.data_window:
         return False
     return is_static_view(first, move_into_view(first, prepare_probe(second)), canvas_of(first))

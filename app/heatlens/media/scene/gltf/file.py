@@ -195,7 +195,7 @@ def named_files(path: Path) -> tuple[Path, ...]:
     They are in the order of the file and need not exist. Invalid names are left out. Only the JSON
     is read. Raises InputError if that is not possible.
     """
-    file = GltfFile(path, _parse_json(path, _read_json_text(path)), None)
+    file = GltfFile(path, _parse_json(path, _read_json_text(path)), binary=None)
     files: dict[Path, None] = {}
     for record in (*file.top_level("buffers"), *file.top_level("images")):
         with suppress(InputError):

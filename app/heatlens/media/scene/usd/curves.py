@@ -60,9 +60,9 @@ def read_curves(materials: UsdMaterials, prim: object) -> list[Mesh]:
             convert_to_float32(positions),
             triangles,
             convert_to_float32(normals),
-            None,
-            material,
-            vertex_colors,
+            uvs=None,
+            material=material,
+            colors=vertex_colors,
         )
     ]
 
@@ -88,7 +88,15 @@ def read_points(materials: UsdMaterials, prim: object) -> list[Mesh]:
     solid_normals = convert_to_float32(solids.normals)
     vertex_colors = colors[solids.point].astype(np.float32)
     return [
-        make_mesh(what, positions, solids.triangles, solid_normals, None, material, vertex_colors)
+        make_mesh(
+            what,
+            positions,
+            solids.triangles,
+            solid_normals,
+            uvs=None,
+            material=material,
+            colors=vertex_colors,
+        )
     ]
 
 

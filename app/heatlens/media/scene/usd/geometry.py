@@ -290,7 +290,7 @@ class Instancers:
             inner = np.array(cache.ComputeRelativeTransform(prim, root)[0], np.float64).T
             if is_instancer(prim):
                 walk.PruneChildren()
-                inner_copies = self._copies_at(prim, None, level + 1)
+                inner_copies = self._copies_at(prim, frame=None, level=level + 1)
                 for name, mesh, local in zip(
                     inner_copies.names, inner_copies.meshes, inner_copies.local[0], strict=True
                 ):

@@ -162,7 +162,9 @@ def read_mesh_parts(
     _check_polygons(what, points, counts, corners)
     uvs = _read_uvs(what, prim, corners)
     colors = _read_colors(what, prim, len(points), counts, corners)
-    cage = _Surface(points, counts, corners, np.arange(len(counts)), None, uvs, colors)
+    cage = _Surface(
+        points, counts, corners, np.arange(len(counts)), normals=None, uvs=uvs, colors=colors
+    )
     surface = _subdivide_surface(what, subdivision, mesh, cage) or cage
     triangles, faces = _make_fans(surface.counts)
     normals = surface.normals
