@@ -12,7 +12,7 @@ import pytest
 
 from heatlens.deliver.export.finished import fingerprint_in, is_complete
 from heatlens.fronts.commands.main import main
-from heatlens.media.files.foreign_formats import foreign_words
+from heatlens.media.files.foreign_formats import describe_other_format
 from heatlens.media.files.marks import marks_comment, parse_marks
 from heatlens.media.files.picture_formats import FORMATS, PictureFormat, Writing, is_picture
 from heatlens.studio.session.exports.export_settings import ExportSettings, frame_kinds
@@ -128,7 +128,7 @@ def test_window_offers_new_picture_format():
 
 def test_readers_accept_new_format_and_recognize_it_under_other_suffixes(capsys, tmp_path):
     assert is_picture(tmp_path / "a.NUMS")
-    assert ".numbers, .nums" in foreign_words(tmp_path / "a.psd")
+    assert ".numbers, .nums" in describe_other_format(tmp_path / "a.psd")
     disguised = tmp_path / "p.png"
     disguised.write_bytes(b"NUMBERS\n" + _END)
     message = render_refused(capsys, disguised, tmp_path / "a.exr", "--depth", disguised)
