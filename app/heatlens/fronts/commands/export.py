@@ -286,10 +286,7 @@ def run_command_after_export(command: str, plan: ExportPlan, name: str) -> None:
 def _command_facts(plan: ExportPlan, name: str) -> dict[str, object]:
     """Return the facts for the command's standard input; the lens has a value for each frame."""
     frames = plan.frames
-    lens = {
-        str(parameter): [getattr(frame.lens, parameter) for frame in frames]
-        for parameter in LensParameter
-    }
+    lens = {str(name): [getattr(it.lens, name) for it in frames] for name in LensParameter}
     timecode = shot_timecodes(plan.job.shot, frames[0].frame)(frames[0].frame)
     files = dict.fromkeys(str(frame.path.absolute()) for frame in frames)
     return {

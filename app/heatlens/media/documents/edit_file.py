@@ -122,10 +122,8 @@ def reel_of_timeline(path: Path, timeline: Timeline, options: EditOptions) -> Re
 
 def _frames_of(span: ShownSpan, rate: float) -> range:
     """Return the frames of the cut, counted from 0, within a span."""
-    exact_frame_rate = exact_rate(rate)
-    return range(
-        math.ceil(span.first_s * exact_frame_rate), math.ceil(span.end_s * exact_frame_rate)
-    )
+    frames_per_s = exact_rate(rate)
+    return range(math.ceil(span.first_s * frames_per_s), math.ceil(span.end_s * frames_per_s))
 
 
 def read_timeline(path: Path, rate: float | None = None) -> Timeline:
@@ -139,9 +137,7 @@ def read_timeline(path: Path, rate: float | None = None) -> Timeline:
     candidates = (
         otio_object if isinstance(otio_object, otio().schema.SerializableCollection) else ()
     )
-    found_timeline = next(
-        (candidate for candidate in candidates if isinstance(candidate, timeline_type)), None
-    )
+    found_timeline = next((it for it in candidates if isinstance(it, timeline_type)), None)
     if found_timeline is None:
         raise InputError(f"{path} holds no timeline.")
     return found_timeline
@@ -230,9 +226,7 @@ def _clip_grade(cdl: Any) -> tuple[Grade | None, str]:
         return None, ""
     try:
         channels = dict(cdl.get("asc_sop") or {})
-        values: Values = {
-            name: tuple(map(float, channel_values)) for name, channel_values in channels.items()
-        }
+        values: Values = {name: tuple(map(float, it)) for name, it in channels.items()}
         return Grade(**values, saturation=float(cdl.get("asc_sat", 1.0))), ""
     except (ArithmeticError, AttributeError, TypeError, ValueError, InputError):
         return None, "its grade (ASC CDL) cannot be read, and is not shown"
@@ -253,11 +247,9 @@ def _speed_note(span: ShownSpan, retime: Retime | None) -> str:
 def _rate_note(clip: Item, rate: float) -> str:
     """Return a note on a clip with another frame rate than the cut; "" for the same rate."""
     clip_rate = float(clip.duration().rate)
-    return (
-        ""
-        if clip_rate == rate
-        else f"it runs at {clip_rate:g} frames a second, the cut at {rate:g}"
-    )
+    if clip_rate == rate:
+        return ""
+    return f"it runs at {clip_rate:g} frames a second, the cut at {rate:g}"
 
 
 def _transition_notes(clip: Item) -> Iterator[str]:
@@ -267,16 +259,13 @@ def _transition_notes(clip: Item) -> Iterator[str]:
         return
     transition_before, transition_after = track.neighbors_of(clip)
     if isinstance(transition_before, schema.Transition):
-        yield _transition_note(
-            transition_before.out_offset.value + transition_before.in_offset.value, "before it"
-        )
+        yield _transition_note(transition_before, "before it")
     if isinstance(transition_after, schema.Transition):
-        yield _transition_note(
-            transition_after.out_offset.value + transition_after.in_offset.value, "after it"
-        )
+        yield _transition_note(transition_after, "after it")
 
 
-def _transition_note(frames: float, position: str) -> str:
+def _transition_note(transition: Any, position: str) -> str:
+    frames = transition.out_offset.value + transition.in_offset.value
     return f"a transition of {frames:g} frames {position} needs --handles {math.ceil(frames / 2)}"
 
 

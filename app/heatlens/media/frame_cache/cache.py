@@ -257,9 +257,8 @@ class FrameCache(Closing):
             with self._condition:
                 if self._is_closed:
                     return
-                has_changed = (scanned, problem) != (self._sequence, self._problem) or bool(
-                    changed_frames
-                )
+                is_other_scan = (scanned, problem) != (self._sequence, self._problem)
+                has_changed = is_other_scan or bool(changed_frames)
                 self._is_scanning, self._problem = False, problem
                 self._apply_scan(scanned, changed_frames)
                 self._condition.notify_all()

@@ -152,9 +152,7 @@ class NeighbourReader:
         neighbour_views = [neighbour_view for neighbour_view in views if neighbour_view is not None]
         result = with_neighbours(view, neighbour_views, border_px(plate))
         left_out = tuple(sorted((*result.left_out, *unreadable_frames)))
-        notes = tuple(
-            f"Frame {frame} is not used for {path}: {reason}" for frame, reason in left_out
-        )
+        notes = tuple(f"Frame {it} is not used for {path}: {reason}" for it, reason in left_out)
         with_notes = replace(result.plate, notes=(*result.plate.notes, *notes))
         return replace(result, plate=with_notes.count_bins(), left_out=left_out)
 
@@ -235,10 +233,8 @@ class NeighbourReader:
 
     def _neighbour_frames(self, path: Path) -> tuple[int, ...]:
         """Return the neighbors that are used for the plate at `path`."""
-        frame = self._sequence.frame_at(path)
-        return (
-            () if frame is None else self.neighbourhood.neighbours_of(frame, self._sequence.present)
-        )
+        frame, present = self._sequence.frame_at(path), self._sequence.present
+        return () if frame is None else self.neighbourhood.neighbours_of(frame, present)
 
     def _view(self, frame: int, plate: Plate) -> View | None:
         """Return a plate with its camera; None if its focal length is unknown."""

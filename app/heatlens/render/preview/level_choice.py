@@ -73,9 +73,8 @@ def level_while_moving(
         return best
     if levels.index(best) < levels.index(previous):
         better = levels[: levels.index(previous)]
-        return next(
-            (level for level in better if predict(level) <= _HYSTERESIS[0] * budget_s), previous
-        )
+        fast = (level for level in better if predict(level) <= _HYSTERESIS[0] * budget_s)
+        return next(fast, previous)
     return best if predict(previous) > _HYSTERESIS[1] * budget_s else previous
 
 
@@ -265,11 +264,9 @@ def fastest_settings(requested: DefocusSettings) -> DefocusSettings:
 
 def intermediate_levels(requested: DefocusSettings) -> Levels:
     """Return the settings to show before the whole picture at rest, the fastest first."""
-    return (
-        cheaper_levels(requested)[:0:-1]
-        if requested.method.needs_scene
-        else (intermediate_level(requested),)
-    )
+    if requested.method.needs_scene:
+        return cheaper_levels(requested)[:0:-1]
+    return (intermediate_level(requested),)
 
 
 def is_better(level: DefocusSettings, other: DefocusSettings, requested: DefocusSettings) -> bool:
@@ -277,11 +274,8 @@ def is_better(level: DefocusSettings, other: DefocusSettings, requested: Defocus
     if requested.method.needs_scene:  # any number of views may have been rendered already
         return (level.proxy, level.views) > (other.proxy, other.views)
     levels = cheaper_levels(requested)
-    ranks = [
-        levels.index(candidate) if candidate in levels else len(levels)
-        for candidate in (level, other)
-    ]
-    return ranks[0] < ranks[1]
+    rank, other_rank = (levels.index(it) if it in levels else len(levels) for it in (level, other))
+    return rank < other_rank
 
 
 @lru_cache(maxsize=64)

@@ -237,10 +237,8 @@ class Lens(OpeningFields):
         An aperture image is identified by the digest of its light, not by the path of its file.
         """
         image = self.aperture_image
-        identified_image = None if image is None else replace(image, path=image.digest)
-        return replace(
-            self, acceptable_coc_mm=None, close_focus_m=None, aperture_image=identified_image
-        )
+        named_image = None if image is None else replace(image, path=image.digest)
+        return replace(self, acceptable_coc_mm=None, close_focus_m=None, aperture_image=named_image)
 
 
 def _range_message(option: Option, value: float) -> str:

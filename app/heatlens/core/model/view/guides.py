@@ -87,12 +87,8 @@ def frame_lines_for(
     canvases: Iterable[Canvas], width: float, height: float
 ) -> tuple[FrameLine, ...]:
     """Return the lines of the canvas of a picture's size, else of the first of its shape."""
-    by_size = (
-        candidate
-        for candidate in canvases
-        if (candidate.width, candidate.height) == (width, height)
-    )
-    by_shape = (candidate for candidate in canvases if _has_shape(candidate, width / height))
+    by_size = (it for it in canvases if (it.width, it.height) == (width, height))
+    by_shape = (it for it in canvases if _has_shape(it, width / height))
     canvas = next(by_size, None) or next(by_shape, None)
     return () if canvas is None else canvas.lines
 
@@ -178,15 +174,12 @@ def guide_shapes(guides: Guides, picture: Rect, lines: Iterable[FrameLine] = ())
     frames = [inner] if inner != picture else []
     if guides.safe_areas:
         frames += [scaled_rect(inner, part, part) for part in (ACTION_SAFE, TITLE_SAFE)]
-    guide_lines = [
-        *(_thirds(inner) if guides.thirds else ()),
-        *(_cross(inner) if guides.centre else ()),
-    ]
+    guide_lines = [*_thirds(inner)] if guides.thirds else []
+    guide_lines += _cross(inner) if guides.centre else ()
     for line in lines:
         frames.append(_rect_of_part(line.frame, picture))
-        guide_lines += (
-            [] if line.protection is None else _corners(_rect_of_part(line.protection, picture))
-        )
+        if line.protection is not None:
+            guide_lines += _corners(_rect_of_part(line.protection, picture))
     return GuideShapes(_border_rects(picture, inner), tuple(frames), tuple(guide_lines))
 
 

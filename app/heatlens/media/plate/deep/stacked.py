@@ -27,7 +27,7 @@ from heatlens.media.plate.fragments import (
     pack_starts,
     pack_words,
 )
-from heatlens.media.plate.plate import DepthReport, Plate, ReadPixels
+from heatlens.media.plate.plate import Plate, ReadPixels
 from heatlens.media.plate.windows import move_to_window
 
 # Samples of a pixel closer than this, relative to their distance, belong to one surface.
@@ -122,9 +122,8 @@ class ListBuilder:
             counts = np.bincount(fragments.pixel, minlength=size)
         self._count += len(fragments)
         starts = np.cumsum(counts) - counts
-        self._color[first:last] = _composite_pixels(fragments, counts, starts).reshape(
-            -1, self._width, 4
-        )
+        colors = _composite_pixels(fragments, counts, starts)
+        self._color[first:last] = colors.reshape(-1, self._width, 4)
         has_any = counts > 0
         nearest = np.full(size, np.inf, np.float32)
         nearest[has_any] = fragments.depth_m[starts[has_any]]
@@ -270,10 +269,9 @@ def with_empty_outside(plate: Plate) -> Plate:
     assert plate.depth_m is not None
     depth_m = move_to_window(plate.depth_m, source, target, np.inf)
     added_pixels = depth_m.size - plate.depth_m.size
+    report = replace(plate.depth, infinite_count=plate.depth.infinite_count + added_pixels)
     pixels = ReadPixels(color, depth_m)
-    return replace(
-        plate, pixels=pixels, data_window=target, depth=_add_empty_pixels(plate.depth, added_pixels)
-    )
+    return replace(plate, pixels=pixels, data_window=target, depth=report)
 
 
 def move_stack(stack: Stacked, source: Box, target: Box) -> Stacked:
@@ -282,9 +280,8 @@ def move_stack(stack: Stacked, source: Box, target: Box) -> Stacked:
         return stack
     lists = None if stack.lists is None else move_lists(stack.lists, source, target)
     depth_m = move_to_window(stack.depth_m, source, target, np.inf)
-    return replace(
-        stack, color=_move_color(stack.color, source, target), depth_m=depth_m, lists=lists
-    )
+    color = _move_color(stack.color, source, target)
+    return replace(stack, color=color, depth_m=depth_m, lists=lists)
 
 
 def _move_color(color: FloatImage, source: Box, target: Box) -> FloatImage:
@@ -299,8 +296,3 @@ def _move_coc(coc_px: FloatImage, source: Box, target: Box) -> FloatImage:
     Any nearer, it would hide the blur of surfaces behind it.
     """
     return move_to_window(coc_px, source, target, float(coc_px.max()))
-
-
-def _add_empty_pixels(report: DepthReport, added_pixels: int) -> DepthReport:
-    """Return the report with a number of empty pixels added to those at infinity."""
-    return replace(report, infinite_count=report.infinite_count + added_pixels)

@@ -135,9 +135,8 @@ def choose_depth(
     layer, part, view = (color.layer, color.rgb[0].part, color.view) if color else ("", 0, "")
     ranked: list[tuple[int, bool, bool, int]] = []
     for index, ref in enumerate(usable):
-        rank = (
-            None if view and ref.view not in ("", view) else _depth_rank(ref, usable, words, layer)
-        )
+        is_other_view = bool(view) and ref.view not in ("", view)
+        rank = None if is_other_view else _depth_rank(ref, usable, words, layer)
         if rank is not None:
             is_other_tree = ref.full_name.partition(".")[0] != layer.partition(".")[0]
             ranked.append((rank, is_other_tree, ref.part != part, index))
@@ -152,10 +151,9 @@ def _find_view(path: Path, views: Sequence[str], eye: str | None) -> str | None:
         return None
     found_view = next((view for view in views if view.lower() == eye.lower()), None)
     if found_view is None:
-        views_words = f"it has: {', '.join(views)}" if views else "it has one view, without a name"
-        raise InputError(
-            f"{path} has no view {eye!r} for --eye; {views_words}.{suggest_similar(eye, views)}"
-        )
+        views_text = f"it has: {', '.join(views)}" if views else "it has one view, without a name"
+        advice = f"{views_text}.{suggest_similar(eye, views)}"
+        raise InputError(f"{path} has no view {eye!r} for --eye; {advice}")
     return found_view
 
 

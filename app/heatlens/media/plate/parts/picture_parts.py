@@ -61,12 +61,10 @@ def color_parts(path: Path, curve: PictureCurve, side: DepthSide = DepthSide.NON
     depth_map = read_inner_depth(path, raw.info)
     if depth_map is None:
         return [_make_part(channels, raw, PictureFacts(notes), curve)]
-    channels["Z"] = resize_nearest(
-        _rotate_upright(depth_map.values, straight, raw), straight.shape[:2]
-    )
-    facts = PictureFacts(
-        (*notes, *depth_map.notes), depth_map.full_scale, depth_map.convention, depth_map.why
-    )
+    upright = _rotate_upright(depth_map.values, straight, raw)
+    channels["Z"] = resize_nearest(upright, straight.shape[:2])
+    notes = (*notes, *depth_map.notes)
+    facts = PictureFacts(notes, depth_map.full_scale, depth_map.convention, depth_map.why)
     return [_make_part(channels, raw, facts, curve)]
 
 
@@ -130,9 +128,8 @@ def _area_beyond_seam(size: tuple[int, int], side: DepthSide) -> tuple[slice, sl
     is_horizontal = side in (DepthSide.LEFT, DepthSide.RIGHT)
     length = size[0] if is_horizontal else size[1]
     seam_px = min(_SEAM_PX, length // 4)
-    kept_span = (
-        slice(seam_px, None) if side in _SIDES_OF_SECOND_HALF else slice(0, length - seam_px)
-    )
+    is_second = side in _SIDES_OF_SECOND_HALF
+    kept_span = slice(seam_px, None) if is_second else slice(0, length - seam_px)
     return (slice(None), kept_span) if is_horizontal else (kept_span, slice(None))
 
 
@@ -296,14 +293,10 @@ def _profile_name(info: dict[str, Any]) -> str:
 def _rotate_upright(depth: FloatImage, color: FloatImage, raw: RawPicture) -> FloatImage:
     """Rotate the depth by the orientation of the color in EXIF, unless it is upright already."""
     orientation = raw.info.get("exif_tags", {}).get(0x0112, 1)
-    if orientation in (5, 6, 7, 8) and (depth.shape[0] > depth.shape[1]) == (
-        color.shape[0] > color.shape[1]
-    ):
-        return depth  # it is stored upright already
-    image = Image.fromarray(depth)
+    is_tall, color_is_tall = (shape[0] > shape[1] for shape in (depth.shape, color.shape))
     # The transpositions of Pillow by the orientations of EXIF.
     methods = {2: 0, 3: 3, 4: 1, 5: 5, 6: 4, 7: 6, 8: 2}
-    rotated = (
-        image.transpose(Image.Transpose(methods[orientation])) if orientation in methods else image
-    )
+    if orientation not in methods or (orientation >= 5 and is_tall == color_is_tall):
+        return depth  # it is stored upright already
+    rotated = Image.fromarray(depth).transpose(Image.Transpose(methods[orientation]))
     return np.asarray(rotated, np.float32)

@@ -224,12 +224,10 @@ def portrait_header(
     stored_size = size[::-1] if original_orientation in _SIDEWAYS_ORIENTATIONS else size
     point = _focus_region_center(text) or _subject_center(tags, stored_size)
     if point is not None:
-        entries[FOCUS_POINT] = _rotate_point(
-            point, original_orientation or tags.get(_ORIENTATION, 1)
-        )
-    match = (
-        _F_STOP.search(read_file_bytes(path)) if path.suffix.lower() in _F_STOP_SUFFIXES else None
-    )
+        orientation = original_orientation or tags.get(_ORIENTATION, 1)
+        entries[FOCUS_POINT] = _rotate_point(point, orientation)
+    has_f_stop = path.suffix.lower() in _F_STOP_SUFFIXES
+    match = _F_STOP.search(read_file_bytes(path)) if has_f_stop else None
     f_stop = _parse_float(match[1]) if match else None
     if f_stop is not None and _F_STOP_RANGE[0] <= f_stop <= _F_STOP_RANGE[1]:
         entries["aperture"] = f_stop

@@ -119,17 +119,14 @@ class Editing:
     def _keyed_lens(self) -> Lens:
         """The lens that the keys give at the frame; without keys if it is impossible."""
         shot, frame = self.shot, self.frame
-        if (
-            self._keyed_cache is None
-            or self._keyed_cache[0] is not shot
-            or self._keyed_cache[1] != frame
-        ):
+        cached = self._keyed_cache
+        if cached is None or cached[0] is not shot or cached[1] != frame:
             try:
-                self._keyed_cache = shot, frame, shot.lens_at(frame)
+                cached = self._keyed_cache = shot, frame, shot.lens_at(frame)
             except LensError as error:
                 self._say(Problem(error))
                 return shot.lens
-        return self._keyed_cache[2]
+        return cached[2]
 
     @property
     def has_lens(self) -> bool:
@@ -190,9 +187,8 @@ class Editing:
         kit = self.shot.kit
         allowed = requested if kit is None else kit.limit_change(old_lens, requested)
         names = ("focal_length_mm", "f_stop", "focus_distance_m")
-        if kit is not None and any(
-            getattr(allowed, name) != getattr(requested, name) for name in names
-        ):
+        changed = [it for it in names if getattr(allowed, it) != getattr(requested, it)]
+        if kit is not None and changed:
             self._say(kit.refusal_message(requested))
         return allowed
 
