@@ -12,7 +12,7 @@ from heatlens.core.model.shot.reel import Reel, ReelShot
 from heatlens.deliver.export.movie_sound import has_whole_sound
 from heatlens.media.documents.reel_file import read_reel, write_reel
 from heatlens.media.files.movie_read import movie_at
-from heatlens.media.plate.picture.picture_open import capture_info
+from heatlens.media.plate.picture.capture_folder import capture_info
 from support.movies import CODECS, ramps, write_movie
 
 _SMALL = {"count": 3, "width": 48, "height": 32}  # small files are damaged where it counts

@@ -5,16 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from heatlens.core.model.shot.framing import CameraTrack, PoseKey, pose_looking_at
-from heatlens.media.scene.scene import (
-    Array,
-    Daylight,
-    Instance,
-    Material,
-    Mesh,
-    Scene,
-    SceneCamera,
-)
+from heatlens.core.model.shot.camera_track import CameraTrack, PoseKey, pose_looking_at
+from heatlens.media.scene.material import Material
+from heatlens.media.scene.scene import Array, Daylight, Instance, Mesh, Scene, SceneCamera
 
 BLACK = (0.0, 0.0, 0.0)
 NIGHT = Daylight(sun=BLACK, zenith=BLACK, horizon=BLACK, ground=BLACK)

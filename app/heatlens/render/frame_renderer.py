@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.focus.coc import non_planar_terms
+from heatlens.core.model.focus.focus_offset import non_planar_terms
 from heatlens.core.model.lens.breathing import plate_ratio, without_breathing
-from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.camera_track import Pose
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.media.plate.overscan_need import frame_centre_px, overscan_ratio

@@ -9,13 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.model.boxes import Box
-from heatlens.core.model.focus.coc import (
-    LEVEL,
-    coc_line,
-    coc_px,
-    focus_offset_coc_px,
-    focus_offset_of,
-)
+from heatlens.core.model.focus.coc import coc_line, coc_px, focus_offset_coc_px
+from heatlens.core.model.focus.focus_offset import LEVEL, focus_offset_of
 from heatlens.core.model.lens.lens import Lens, LensModel
 
 SIZE = (1920, 1080)

@@ -11,15 +11,14 @@ from hypothesis import strategies as st
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import DistanceMark, ObjectMark, PointMark
-from heatlens.core.model.shot.framing import (
-    SIZE_MOST_PX,
+from heatlens.core.model.shot.camera_track import (
     CameraTrack,
-    Framing,
     Pose,
     PoseKey,
     pose_looking_at,
     pose_of,
 )
+from heatlens.core.model.shot.framing import SIZE_MOST_PX, Framing
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.shot_file import read_shot, write_shot
 

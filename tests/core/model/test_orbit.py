@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.focus.coc import coc_line
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, pose_looking_at
+from heatlens.core.model.shot.camera_track import CameraTrack, Pose, PoseKey, pose_looking_at
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.view.orbit import dolly_camera, orbit_camera, pan_camera, pivot_of
 from heatlens.media.scene.scene import SceneCamera
 from heatlens.media.scene.scene_bounds import (

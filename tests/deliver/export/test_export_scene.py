@@ -11,7 +11,8 @@ from PIL import Image
 
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey, pose_looking_at
+from heatlens.core.model.shot.camera_track import CameraTrack, PoseKey, pose_looking_at
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import DefocusSettings, Method, Quality
 from heatlens.core.model.shot.shot import Shot

@@ -15,7 +15,8 @@ from heatlens.fronts.commands import doctor as command
 from heatlens.fronts.commands.main import main
 from heatlens.fronts.doctor import gpu_check, machine_check, picture_check
 from heatlens.fronts.doctor.finding import Finding, run_check
-from heatlens.fronts.doctor.gpu_check import KERNELS, TOLERANCE, Gpu, blur_in_float64
+from heatlens.fronts.doctor.gpu_check import Gpu
+from heatlens.fronts.doctor.solver_check import KERNELS, TOLERANCE, blur_in_float64
 from heatlens.media.plate.exr.exr_write import write_exr
 from heatlens.render.defocus.kernels import named_kernel
 from support import oracle

@@ -18,7 +18,8 @@ from heatlens.media.plate.parts.picture_parts import color_parts, picture_header
 from heatlens.media.plate.picture.display import decode_srgb
 from heatlens.media.plate.read import read_plate
 from heatlens.media.sequence.depth_files import PlateFiles, depth_path_for
-from heatlens.media.sequence.sequence import find_sequence, rescan, stamp_of
+from heatlens.media.sequence.sequence import stamp_of
+from heatlens.media.sequence.sequence_search import find_sequence, rescan
 from support.exr_files import rgb, write_file
 from support.movies import (
     CODECS,

@@ -12,7 +12,7 @@ from PIL import Image
 from heatlens.core.model.shot.plate_options import PictureCurve
 from heatlens.media.plate.header.camera_header import camera_at_header
 from heatlens.media.plate.parts.picture_parts import color_parts, picture_header
-from heatlens.media.plate.picture.picture_open import capture_info
+from heatlens.media.plate.picture.capture_folder import capture_info
 
 TOLD = {"K": [200.0, 0, 0, 0, 200.0, 0, 45, 60, 1], "w": 90, "h": 120, "fps": 60, "poses": []}
 JSON = st.recursive(

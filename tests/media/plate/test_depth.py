@@ -10,12 +10,8 @@ from hypothesis import strategies as st
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.depth.depth import read_depth
-from heatlens.media.plate.depth.depth_guess import (
-    NORMALIZED_UP_TO,
-    DepthOrigin,
-    guess_convention,
-    measure_raw_depth,
-)
+from heatlens.media.plate.depth.depth_guess import NORMALIZED_UP_TO, guess_convention
+from heatlens.media.plate.depth.raw_depth import DepthOrigin, measure_raw_depth
 
 INF = math.inf
 NAN = math.nan

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from heatlens.core.base.errors import InputError
 from heatlens.media.sequence.folder_list import list_folder, natural_key
-from heatlens.media.sequence.sequence import find_sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 
 EXR = (".exr",)
 

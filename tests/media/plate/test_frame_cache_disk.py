@@ -11,7 +11,7 @@ from heatlens.media.frame_cache.cache import Damaged, FrameCache
 from heatlens.media.frame_cache.sequence_reader import SequenceReader
 from heatlens.media.plate.read import read_plate
 from heatlens.media.sequence.depth_files import PlateFiles
-from heatlens.media.sequence.sequence import find_sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 from support.exr_files import distances, rgb, write_file
 from support.frame_caches import Reader, ReadyEvent, frames_in_state, wait_until_idle
 

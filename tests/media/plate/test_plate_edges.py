@@ -32,7 +32,8 @@ from heatlens.media.plate.overscan_need import (
     picture_point,
     plate_pixel,
 )
-from heatlens.media.plate.picture.picture_open import _HEAD_BYTES, MAX_SIDE_PX, _check_size
+from heatlens.media.plate.picture.openimageio_read import MAX_SIDE_PX, check_size
+from heatlens.media.plate.picture.picture_open import _HEAD_BYTES
 from heatlens.media.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes
 from heatlens.media.plate.windows import make_header_window
 from support.fragment_lists import packed_lists
@@ -241,10 +242,10 @@ def test_noise_of_needs_fifty_blocks_of_eight_pixels():
 
 def test_check_size_accepts_one_pixel_to_max_side():
     for right in ((1, 1), (MAX_SIDE_PX, 1), (1, MAX_SIDE_PX)):
-        _check_size("a.png", right)
+        check_size("a.png", right)
     for wrong in ((0, 1), (1, 0), (MAX_SIDE_PX + 1, 1), (1, MAX_SIDE_PX + 1)):
         with pytest.raises(InputError, match=f"{wrong[0]} x {wrong[1]}"):
-            _check_size("a.png", wrong)
+            check_size("a.png", wrong)
     assert _HEAD_BYTES == 4096
 
 

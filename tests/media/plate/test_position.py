@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.shot.framing import pose_looking_at
+from heatlens.core.model.shot.camera_track import pose_looking_at
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.position import _is_pinhole_view, depth_of_positions
 from heatlens.media.plate.read import read_plate

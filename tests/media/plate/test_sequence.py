@@ -16,7 +16,8 @@ from heatlens.media.sequence.names import (
     parse_frame_name,
     parse_frames,
 )
-from heatlens.media.sequence.sequence import Sequence, find_sequence, rescan
+from heatlens.media.sequence.sequence import Sequence
+from heatlens.media.sequence.sequence_search import find_sequence, rescan
 
 SHOT = (998, 999, 1001, 1002, 1005)  # 1000, 1003 and 1004 are missing
 

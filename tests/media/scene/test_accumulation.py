@@ -11,8 +11,9 @@ from demo_street.shapes import moved, quads, scaled
 from heatlens.core.model.focus.coc import axial_px, coc_line, coc_px
 from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.core.model.lens.lens import Lens, LensModel
-from heatlens.core.model.shot.framing import Pose
-from heatlens.media.scene.scene import Daylight, Instance, Material, Scene
+from heatlens.core.model.shot.camera_track import Pose
+from heatlens.media.scene.material import Material
+from heatlens.media.scene.scene import Daylight, Instance, Scene
 from heatlens.media.scene.scene_view import SceneView, pupil_of, view_of
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.textures import download, new_texture

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heatlens.core.model.lens.pupil import PINHOLE
-from heatlens.media.scene.scene import MapPlace, Material
+from heatlens.media.scene.material import MapPlace, Material
 from heatlens.media.scene.scene_view import SceneView
 from heatlens.render.defocus.plate_passes import CropPass
 from heatlens.render.gpu.textures import download, new_texture
@@ -43,10 +43,7 @@ def both(session_context):
 
     def pictures(scene):
         found = []
-        for method in (
-            many_samples,
-            lambda out: rays.steps(VIEW, PINHOLE, 64, out, object()),
-        ):
+        for method in (many_samples, lambda out: rays.steps(VIEW, PINHOLE, 64, out, object())):
             raster.load(scene)
             raster.place(1)
             out = new_texture(ctx, VIEW.size, 4)

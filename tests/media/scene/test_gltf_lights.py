@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from heatlens.core.model.shot.framing import pose_looking_at
+from heatlens.core.model.shot.camera_track import pose_looking_at
 from heatlens.media.scene.scene import Daylight
 from heatlens.media.scene.scene_read import read_scene
 from heatlens.media.scene.scene_view import SceneView

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.shot.framing import pose_looking_at
-from heatlens.media.scene.gltf.material import convert_gloss_pictures, convert_specular
+from heatlens.core.model.shot.camera_track import pose_looking_at
+from heatlens.media.scene.gltf.gloss_pictures import convert_gloss_pictures, convert_specular
 from heatlens.media.scene.point_cloud import POINTS_MOST
 from heatlens.media.scene.scene_read import read_scene
 from heatlens.media.scene.scene_view import SceneView

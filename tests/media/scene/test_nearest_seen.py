@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, pose_looking_at
+from heatlens.core.model.shot.camera_track import CameraTrack, Pose, PoseKey, pose_looking_at
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.settings import DefocusSettings, Method
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.scene.demo import demo_scene, demo_shot

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from heatlens.media.scene.material import Material
 from heatlens.media.scene.mesh_make import add_tangents
-from heatlens.media.scene.scene import Material, Mesh, PointLight, Scene
-from heatlens.render.scene_gpu.scene_buffers import VERTEX, SceneBuffers
+from heatlens.media.scene.scene import Mesh, PointLight, Scene
+from heatlens.render.scene_gpu.scene_buffers import SceneBuffers
+from heatlens.render.scene_gpu.scene_records import VERTEX
 from support.scenes import NIGHT, even_sky, placement, plane, scene_of, sphere, still_life
 
 LAMP = PointLight((1.5, 1.0, 2.0), (9.0, 8.0, 7.0))

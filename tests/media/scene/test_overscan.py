@@ -7,7 +7,8 @@ import pytest
 
 from heatlens.core.model.focus.coc import CocLine, coc_line, coc_px
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey, pose_looking_at
+from heatlens.core.model.shot.camera_track import CameraTrack, PoseKey, pose_looking_at
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.settings import DefocusSettings, Method, Quality
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.value_bins import bin_values

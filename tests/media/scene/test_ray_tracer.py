@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from heatlens.core.model.lens.aperture import Aperture
 from heatlens.core.model.lens.pupil import PINHOLE, Pupil
-from heatlens.core.model.shot.framing import pose_looking_at
-from heatlens.media.scene.scene import Material, Scene
+from heatlens.core.model.shot.camera_track import pose_looking_at
+from heatlens.media.scene.material import Material
+from heatlens.media.scene.scene import Scene
 from heatlens.media.scene.scene_view import SceneView
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.textures import download, new_texture

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.camera_track import Pose
 from heatlens.media.scene.scene_view import pupil_of, view_of
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.textures import FloatArray, download, new_texture

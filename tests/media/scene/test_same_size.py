@@ -14,7 +14,8 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import DistanceMark, MatteMark, ObjectMark, PointMark
-from heatlens.core.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, pose_looking_at
+from heatlens.core.model.shot.camera_track import CameraTrack, Pose, PoseKey, pose_looking_at
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.scene.same_size import KeptSize, crop_words

@@ -7,13 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens.core.model.shot.framing import pose_looking_at
-from heatlens.media.scene.scene import Array, Daylight, Material, PointLight, Scene
+from heatlens.core.model.shot.camera_track import pose_looking_at
+from heatlens.media.scene.material import Material
+from heatlens.media.scene.scene import Array, Daylight, PointLight, Scene
 from heatlens.media.scene.scene_view import SceneView
 from heatlens.render.gpu.textures import download, new_texture
 from heatlens.render.scene_gpu.mesh_draw import SIDE_PX, sun_view
 from heatlens.render.scene_gpu.raster import SceneRaster, sun_direction
-from heatlens.render.scene_gpu.scene_buffers import layer_size
+from heatlens.render.scene_gpu.scene_records import layer_size
 from heatlens.render.scene_gpu.sky_light import diffuse_polynomial, sky_radiance
 from support.scenes import BLACK, NIGHT, even_sky, lamp, placement, plane, scene_of, sphere
 

@@ -7,8 +7,9 @@ import pytest
 
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.lens.pupil import PINHOLE
-from heatlens.core.model.shot.framing import pose_looking_at
-from heatlens.media.scene.scene import Array, Material, Scene
+from heatlens.core.model.shot.camera_track import pose_looking_at
+from heatlens.media.scene.material import Material
+from heatlens.media.scene.scene import Array, Scene
 from heatlens.media.scene.scene_bounds import bounds_m
 from heatlens.media.scene.scene_view import SceneView, view_of
 from heatlens.render.gpu.device import Device
@@ -78,9 +79,7 @@ def test_depth_of_plane_is_planar_and_exact(ctx: Device, raster: SceneRaster, ey
     )
 
 
-def test_depth_of_sphere_lies_between_corners_and_faces(
-    raster: SceneRaster,
-) -> None:
+def test_depth_of_sphere_lies_between_corners_and_faces(raster: SceneRaster) -> None:
     mesh = sphere(1.0, 4)
     scene = scene_of([mesh], [(0, placement(0.3, -0.2, -5.0))])
     _, depth = pinhole(raster, scene, replace(VIEW, focal_px=70.0))

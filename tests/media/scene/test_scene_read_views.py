@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.framing import pose_looking_at
-from heatlens.media.scene.gltf.animation import ValueTrack
+from heatlens.core.model.shot.camera_track import pose_looking_at
+from heatlens.media.scene.gltf.value_track import ValueTrack
 from heatlens.media.scene.scene_read import read_scene
 from support.gltf_files import GltfWriter, square_scene
 

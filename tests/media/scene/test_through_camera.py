@@ -6,7 +6,8 @@ import pytest
 
 from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey, pose_looking_at
+from heatlens.core.model.shot.camera_track import CameraTrack, PoseKey, pose_looking_at
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.scene.first_shot import through_camera

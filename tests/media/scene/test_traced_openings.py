@@ -10,7 +10,7 @@ import pytest
 from heatlens.core.model.focus.coc import coc_line
 from heatlens.core.model.lens.disc_shape import DiscShape
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.camera_track import Pose
 from heatlens.media.scene.scene_view import pupil_of, view_of
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.textures import FloatArray, download, new_texture

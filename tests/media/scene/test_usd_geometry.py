@@ -8,7 +8,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.media.scene.first_shot import first_shot
 from heatlens.media.scene.scene_bounds import bounds_m
-from heatlens.media.scene.usd import mesh
+from heatlens.media.scene.usd import subdivision
 from heatlens.media.scene.usd.read import usd_scene
 
 
@@ -118,12 +118,12 @@ def test_usd_subdivision_keeps_holes_uvs_and_face_colors(tmp_path):
 
 
 def test_usd_too_large_mesh_is_subdivided_less_with_a_note(tmp_path, monkeypatch):
-    monkeypatch.setattr(mesh, "_QUADS_OF_MESH_MOST", 30)
+    monkeypatch.setattr(subdivision, "_QUADS_OF_MESH_MOST", 30)
     stage = stage_at(tmp_path / "a.usda")
     box(stage)
     scene = read(stage)
     assert scene.triangle_count == 48 and "once instead of twice" in scene.notes[0]
-    monkeypatch.setattr(mesh, "_QUADS_OF_MESH_MOST", 20)
+    monkeypatch.setattr(subdivision, "_QUADS_OF_MESH_MOST", 20)
     scene = read(stage)
     assert scene.triangle_count == 12 and "drawn as their cages" in scene.notes[0]
 

@@ -10,11 +10,13 @@ from hypothesis.extra import numpy as hnp
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from heatlens.core.base.errors import InputError
+from heatlens.media.scene.material import Material
 from heatlens.media.scene.mesh_make import make_mesh
-from heatlens.media.scene.scene import Material, Mesh
+from heatlens.media.scene.scene import Mesh
 from heatlens.media.scene.scene_read import read_scene
 from heatlens.media.scene.usd.read import usd_scene
-from heatlens.render.scene_gpu.scene_buffers import SceneBuffers, colors_of
+from heatlens.render.scene_gpu.scene_buffers import SceneBuffers
+from heatlens.render.scene_gpu.scene_records import colors_of
 from support.gltf_files import GltfWriter
 from support.scenes import lamp, placement, plane, scene_of, sphere, still_life
 
@@ -41,10 +43,7 @@ def test_gltf_colors_of_every_number_type_are_equal(tmp_path, kind, is_normalize
 
 @pytest.mark.parametrize(
     ("values", "message"),
-    [
-        (SHARES[:3].astype("f4"), "3 of COLOR_0"),
-        (SHARES[:, :2].astype("f4"), "VEC2"),
-    ],
+    [(SHARES[:3].astype("f4"), "3 of COLOR_0"), (SHARES[:, :2].astype("f4"), "VEC2")],
 )
 def test_gltf_colors_of_wrong_count_or_shape_are_rejected(tmp_path, values, message):
     writer = GltfWriter()

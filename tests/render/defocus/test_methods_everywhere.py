@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import CameraTrack, Framing, Pose, PoseKey
+from heatlens.core.model.shot.camera_track import CameraTrack, Pose, PoseKey
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.settings import DefocusSettings, Method
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.scene.scene import Material, SceneCamera
+from heatlens.media.scene.material import Material
+from heatlens.media.scene.scene import SceneCamera
 from heatlens.render.frame_renderer import FrameRenderer
 from support.scenes import NIGHT, lamp, placement, plane, scene_of, still_life
 

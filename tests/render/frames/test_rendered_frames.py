@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.camera_track import Pose
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.pull import pull

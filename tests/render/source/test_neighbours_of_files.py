@@ -14,7 +14,7 @@ from heatlens.media.frame_cache import sequence_reader
 from heatlens.media.frame_cache.plate_shelf import plate_bytes
 from heatlens.media.frame_cache.sequence_reader import NeighbourReader
 from heatlens.media.plate.read import read_plate
-from heatlens.media.sequence.sequence import find_sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 from heatlens.render.source.plate_source import PlateSource
 from support.command_line import stderr_of_run
 from support.dolly_plates import FIRST, LAST, write_dolly

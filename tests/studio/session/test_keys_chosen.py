@@ -11,7 +11,8 @@ from heatlens.core.model.keys import key_choice
 from heatlens.core.model.keys.key_choice import KeyId, all_keys, keys_at
 from heatlens.core.model.keys.key_rows import CAMERA, RowChoice, key_count, paste_into_row
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import CameraTrack, Framing, Pose, PoseKey
+from heatlens.core.model.shot.camera_track import CameraTrack, Pose, PoseKey
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.lens_parameter import FOCUS_SCALES, LensParameter
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.keys.key_commands import KeyCommands

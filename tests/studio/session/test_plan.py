@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.model.boxes import Box
-from heatlens.core.model.focus.coc import focus_offset_of
+from heatlens.core.model.focus.focus_offset import focus_offset_of
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import DistanceMark, PointMark
 from heatlens.studio.session.marks.plan import PlanDrawer

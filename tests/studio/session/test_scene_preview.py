@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import Framing, Pose
+from heatlens.core.model.shot.camera_track import Pose
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.shot import Shot
 from heatlens.render.scene_gpu.pinhole_draw import PINHOLE_VIEWS
 from heatlens.studio.session.opened.scene_preview import SLOW_S, ScenePreview

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heatlens.core.model.marks.marks import DistanceMark, PointMark
-from heatlens.core.model.shot.framing import CameraTrack, PoseKey
+from heatlens.core.model.shot.camera_track import CameraTrack, PoseKey
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.board.commands import named_commands
 from heatlens.studio.session.scenes.scene_commands import CameraDrag

@@ -14,7 +14,7 @@ import pytest
 from heatlens.core.model.boxes import Box
 from heatlens.fronts.commands.main import main
 from heatlens.media.plate.exr.exr_write import write_exr
-from heatlens.media.sequence.sequence import find_sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 from heatlens.studio.ui.theme import SURROUND
 from support.command_line import ENVIRONMENT, start_heatlens
 from support.plates import room

@@ -15,7 +15,7 @@ from heatlens.core.model.keys.key_choice import (
     paste_keys,
 )
 from heatlens.core.model.keys.key_rows import CAMERA, ROWS
-from heatlens.core.model.shot.framing import CameraTrack, Pose, PoseKey
+from heatlens.core.model.shot.camera_track import CameraTrack, Pose, PoseKey
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.camera_track import Pose
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.view.orbit import pivot_of
 from heatlens.core.model.view.view import Against, Compare

@@ -28,7 +28,7 @@ from heatlens.media.plate.of_arrays import plate_of_arrays
 from heatlens.media.plate.plate import Plate
 from heatlens.media.scene.first_shot import first_shot
 from heatlens.media.scene.placing import place_scene
-from heatlens.media.sequence.sequence import find_sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 from heatlens.render.source.kinds import kind_of
 from heatlens.render.source.live_focus import measure_followed_marks
 from heatlens.render.source.named import make_plate_source

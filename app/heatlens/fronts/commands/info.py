@@ -29,7 +29,8 @@ from heatlens.media.documents.shot_file import is_shot_file
 from heatlens.media.files.json_record import record_to_json
 from heatlens.media.frame_cache.sequence_facts import sequence_facts
 from heatlens.media.sequence.names import NameForm, parse_frame_name, parse_pattern
-from heatlens.media.sequence.sequence import Sequence, find_sequence
+from heatlens.media.sequence.sequence import Sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 
 DESCRIPTION = """\
 Prints what a render holds and how heatlens would read it: size and windows (pixels), channels, the

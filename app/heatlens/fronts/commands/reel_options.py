@@ -16,7 +16,7 @@ from heatlens.media.documents.edit_file import EditOptions
 from heatlens.media.documents.edit_media import is_blurred_source
 from heatlens.media.documents.reel_file import is_reel, read_reel
 from heatlens.media.documents.shot_file import is_shot_file, read_shot
-from heatlens.media.sequence.sequence import find_sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 
 _BLURRED_MESSAGE = "its media are already blurred by a lens of heatlens"
 _ONE_SHOT_OPTIONS = ("frames", "part", "plate", "start_timecode")

@@ -20,11 +20,11 @@ from heatlens.fronts.commands.options.given_options import (
     refuse_options,
     refuse_unused_options,
 )
+from heatlens.fronts.commands.options.kit_options import kit_of
 from heatlens.fronts.commands.options.lens_options import (
     add_lens_options,
     add_plate_options,
     given_lens_fields,
-    kit_of,
     plate_options,
 )
 from heatlens.fronts.commands.options.scene_options import (

@@ -30,7 +30,8 @@ from heatlens.media.scene.placing import place_scene
 from heatlens.media.scene.scene import Scene
 from heatlens.media.scene.scene_bounds import track_of
 from heatlens.media.scene.scene_read import open_scene
-from heatlens.media.sequence.sequence import Sequence, find_sequence
+from heatlens.media.sequence.sequence import Sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 
 _ASSUMED_ASPECT = 16 / 9
 _SAME_HEIGHT = 0.005  # relative tolerance: film backs are given in hundredths of a millimeter

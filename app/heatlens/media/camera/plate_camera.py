@@ -24,7 +24,7 @@ from heatlens.media.plate.parts.header_read import read_headers
 from heatlens.media.plate.plate import CameraHeader
 from heatlens.media.plate.windows import pixel_aspect_of, read_header_window
 from heatlens.media.sequence.names import frames_text
-from heatlens.media.sequence.sequence import find_sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 
 _NOT_IN_HEADERS = ("sensor_height_mm", "squeeze", "nominal_f_stop", *OPENING_TRACKS)
 _HEADER_TRACKS = [name for name in LENS_TRACKS if name not in _NOT_IN_HEADERS]

@@ -19,7 +19,8 @@ from heatlens.media.documents.edit_times import ShownSpan, seconds
 from heatlens.media.files.picture_formats import parse_movie_name, suffixes_read
 from heatlens.media.plate.parts.header_read import first_timecode, is_marked_blurred
 from heatlens.media.sequence.names import NameForm, group_sequences, parse_frame_name
-from heatlens.media.sequence.sequence import Sequence, find_sequence
+from heatlens.media.sequence.sequence import Sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 
 _DEPTH_MOST = 6  # folders below one of --media; deeper ones are not searched
 _DIGITS = re.compile(r"%0?([0-9]{1,2})d|\[([0-9]+)-[0-9]+\]")  # %04d, and [1001-1100] of an EDL

@@ -21,7 +21,8 @@ from heatlens.media.frame_cache.plate_shelf import (
     plate_bytes,
 )
 from heatlens.media.plate.plate import Plate
-from heatlens.media.sequence.sequence import Sequence, rescan, stamp_of
+from heatlens.media.sequence.sequence import Sequence, stamp_of
+from heatlens.media.sequence.sequence_search import rescan
 
 __all__ = ["Damaged", "Direction", "FrameCache", "FrameState", "plate_bytes"]
 

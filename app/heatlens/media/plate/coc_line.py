@@ -10,7 +10,8 @@ import numpy as np
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
-from heatlens.core.model.focus.coc import CocLine, FocusOffset, coc_line, coc_px, focus_offset_of
+from heatlens.core.model.focus.coc import CocLine, coc_line, coc_px
+from heatlens.core.model.focus.focus_offset import FocusOffset, focus_offset_of
 from heatlens.core.model.lens.lens import Lens
 from heatlens.media.plate.plate import FloatImage, Plate
 

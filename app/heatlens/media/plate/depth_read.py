@@ -15,7 +15,7 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.files.picture_formats import is_picture
 from heatlens.media.plate.deep.deep_plate import read_flattened_part
 from heatlens.media.plate.depth.depth import DepthResult, finite_range, read_depth
-from heatlens.media.plate.depth.depth_guess import DepthOrigin
+from heatlens.media.plate.depth.raw_depth import DepthOrigin
 from heatlens.media.plate.depth.repair import DEPTH_LEAST_M
 from heatlens.media.plate.exr.exr_read import is_deep_file, read_parts
 from heatlens.media.plate.header.camera_header import camera_at_header, require_lens_mm

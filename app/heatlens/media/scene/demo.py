@@ -14,7 +14,8 @@ from heatlens.core.base.paths import data_dir
 from heatlens.core.model.curves.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.core.model.lens.lens import Lens, LensModel
 from heatlens.core.model.marks.marks import DistanceMark
-from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey, pose_looking_at
+from heatlens.core.model.shot.camera_track import CameraTrack, PoseKey, pose_looking_at
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.pull import pull
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot

@@ -21,6 +21,7 @@ from heatlens.core.base.errors import InputError, MissingPackageError
 from heatlens.core.base.extras import extra, import_extra
 from heatlens.core.base.outside_text import one_line
 from heatlens.core.base.paths import read_file_bytes, unreadable_error
+from heatlens.media.scene.material import Material
 from heatlens.media.scene.mesh_make import make_mesh, smooth_normals, unshared_triangles
 from heatlens.media.scene.obj_files import FolderFiles
 from heatlens.media.scene.picture_read import read_picture
@@ -31,7 +32,7 @@ from heatlens.media.scene.ply_strips import (
     triangulate_polygons,
 )
 from heatlens.media.scene.point_cloud import POINTS_MOST, make_point_solids
-from heatlens.media.scene.scene import Instance, Material, Mesh, Scene
+from heatlens.media.scene.scene import Instance, Mesh, Scene
 
 if TYPE_CHECKING:
     from trimesh import PointCloud

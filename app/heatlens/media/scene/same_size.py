@@ -15,7 +15,8 @@ import numpy as np
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import DistanceMark, ObjectMark, PointMark
-from heatlens.core.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, Vector
+from heatlens.core.model.shot.camera_track import CameraTrack, Pose, PoseKey, Vector
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import apply_recorded_parameter, focus_on_distances
 from heatlens.core.model.shot.shot import Shot

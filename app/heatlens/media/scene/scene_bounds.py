@@ -6,14 +6,14 @@ import numpy as np
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import (
+from heatlens.core.model.shot.camera_track import (
     CameraTrack,
-    Framing,
     Pose,
     PoseKey,
     pose_looking_at,
     pose_of,
 )
+from heatlens.core.model.shot.framing import Framing
 from heatlens.media.scene.scene import Array, Scene
 
 # Of each of the eight corners, whether it takes the least (0) or greatest (1) value on each axis.

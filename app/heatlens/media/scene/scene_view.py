@@ -18,16 +18,11 @@ from itertools import combinations
 
 import numpy as np
 
-from heatlens.core.model.focus.coc import (
-    LEVEL,
-    FocusOffset,
-    axial_dioptres,
-    focus_offset_of,
-    lens_diameter_m,
-)
+from heatlens.core.model.focus.coc import axial_dioptres, lens_diameter_m
+from heatlens.core.model.focus.focus_offset import LEVEL, FocusOffset, focus_offset_of
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.lens.pupil import Pupil
-from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.camera_track import Pose
 from heatlens.media.scene.scene import Array
 from heatlens.media.scene.scene_bounds import corners_of
 

@@ -8,7 +8,8 @@ from pathlib import Path
 from heatlens.core.base.errors import InputError
 from heatlens.media.files.picture_formats import is_picture, movie_of_frame, parse_movie_name
 from heatlens.media.sequence.names import parse_frame_name, parse_pattern
-from heatlens.media.sequence.sequence import Sequence, find_sequence
+from heatlens.media.sequence.sequence import Sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 
 _DEPTH_WORDS = frozenset(
     ("depth", "depthmap", "z", "zdepth", "zbuffer", "disparity", "disp", "dpt", "distance", "midas")

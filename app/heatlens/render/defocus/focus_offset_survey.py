@@ -3,7 +3,8 @@
 import numpy as np
 
 from heatlens.core.model.boxes import Box
-from heatlens.core.model.focus.coc import CocLine, FocusOffset
+from heatlens.core.model.focus.coc import CocLine
+from heatlens.core.model.focus.focus_offset import FocusOffset
 from heatlens.core.model.value_bins import BINS, ValueBins, bin_step
 from heatlens.render.defocus.listed_fragments import (
     FragmentBuffers,

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from heatlens.core.model.focus.coc import LEVEL
+from heatlens.core.model.focus.focus_offset import LEVEL
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.render.defocus.cutout_pass import CutoutTextures
 from heatlens.render.defocus.listed_fragments import FragmentBuffers

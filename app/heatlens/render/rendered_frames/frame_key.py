@@ -10,7 +10,7 @@ import heatlens
 from heatlens.core.base.paths import data_dir
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.camera_track import Pose
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.media.files.json_record import digest, to_json

@@ -5,7 +5,8 @@ from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from heatlens.core.model.shot.framing import Framing, Pose
+from heatlens.core.model.shot.camera_track import Pose
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.scene.scene import Scene
 from heatlens.media.scene.scene_bounds import box_around, box_corners_m, track_of

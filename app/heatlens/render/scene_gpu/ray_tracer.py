@@ -24,7 +24,8 @@ from heatlens.render.scene_gpu.bvh import (
     refit_tree,
 )
 from heatlens.render.scene_gpu.raster import SceneRaster
-from heatlens.render.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
+from heatlens.render.scene_gpu.scene_buffers import SceneBuffers
+from heatlens.render.scene_gpu.scene_records import INSTANCE
 
 _SHADER = "scene_gpu/ray_trace.comp.glsl"
 _DEFINES = ("HOLES", "COLORS", "BUMPS", "PLACEMENTS")  # variants of the shader

@@ -3,42 +3,27 @@
 The pictures that color its surfaces are layers of one texture.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
-from PIL import Image
 
-from heatlens.media.scene.scene import Array, MapPlace, Material, Mesh, PointLight, Scene
+from heatlens.media.scene.scene import Array, Mesh, PointLight, Scene
 from heatlens.media.scene.scene_bounds import transform_corners
-from heatlens.render.gpu.device import Buffer, Device, Sampling, TextureArray
+from heatlens.render.gpu.device import Buffer, Device
 from heatlens.render.scene_gpu.closed_meshes import ClosedMeshes
-
-MOST_LIGHTS = 32
-MAPS = 5  # number of maps of a material
-UNLIT, BLENDED = 1, 2  # flags of a material, the same as in lib/scene.lib.glsl
-
-VERTEX = np.dtype([("position", "f4", 3), ("u", "f4"), ("normal", "f4", 3), ("v", "f4")])
-BUMPY_VERTEX = np.dtype([*VERTEX.descr, ("tangent", "f4", 4)])
-INSTANCE = np.dtype(  # matrices column by column, as in GLSL
-    [("to_world", "f4", (4, 4)), ("to_object", "f4", (4, 4)), ("numbers", "u4", 4)]
+from heatlens.render.scene_gpu.scene_records import (
+    INSTANCE,
+    colors_of,
+    draw_commands,
+    join_meshes,
+    lights_of,
+    maps_of,
+    materials_of,
+    more_uvs_of,
+    placements_of,
+    vertex_records,
 )
-_VEC4 = ("f4", 4)
-MATERIAL = np.dtype(
-    [
-        ("base_color", *_VEC4),
-        ("emission_cutoff", *_VEC4),
-        ("rough_metal", *_VEC4),
-        ("maps", "i4", 4),
-        ("more_maps", "i4", 4),
-    ]
-)
-LIGHT = np.dtype([("position_inner", *_VEC4), ("intensity_outer", *_VEC4), ("axis", *_VEC4)])
-_COMMAND_WORDS = 5  # count, instances, first index, base vertex, base instance
-_SIDE_MOST_PX = 2048  # largest side of a layer
-_BYTES_MOST = 2**29  # memory of all layers together
-_WHITE = np.full((1, 1, 4), 255, np.uint8)  # the only layer if the scene has no maps
 
 
 class SceneBuffers:
@@ -66,7 +51,7 @@ class SceneBuffers:
         self.order = np.argsort(mesh_of, kind="stable")
         self._meshes = mesh_of[self.order]
         self.has_bumps = any(material.normal_map is not None for material in scene.materials)
-        vertices, triangles, self.first_triangle = _join_meshes(scene, self.has_bumps)
+        vertices, triangles, self.first_triangle = join_meshes(scene, self.has_bumps)
         self._first_vertex = np.cumsum([0] + [len(mesh.positions_m) for mesh in scene.meshes])
         self.vertices = ctx.buffer(vertices.tobytes())
         self.colors = ctx.buffer(colors_of(scene.meshes)) if has_colors(scene) else None
@@ -74,11 +59,11 @@ class SceneBuffers:
         self.more_uvs = ctx.buffer(more_uvs_of(scene.meshes)) if has_placements else None
         self.placements = ctx.buffer(placements_of(scene.materials)) if has_placements else None
         self.triangles = ctx.buffer(triangles.tobytes())
-        commands = _commands(self._meshes, self.first_triangle)
+        commands = draw_commands(self._meshes, self.first_triangle)
         self.command_count = len(commands)
         self.commands = ctx.buffer(commands.tobytes())
         self.instances = ctx.buffer(reserve=len(self.order) * INSTANCE.itemsize)
-        self._records = np.zeros(len(self.order), INSTANCE)
+        self.vertex_records = np.zeros(len(self.order), INSTANCE)
         self.materials = ctx.buffer(materials_of(scene.materials).tobytes())
         self.lights = ctx.buffer(lights_of(scene.lights))
         self.maps = maps_of(ctx, scene.images)
@@ -127,20 +112,20 @@ class SceneBuffers:
         records["numbers"][:, 0] = materials[self._meshes]
         records["numbers"][:, 1] = self._meshes
         records["numbers"][:, 2] = self.order
-        self._records = records
+        self.vertex_records = records
         self.instances.write(records.tobytes())
 
     def reshape(self, shapes: Mapping[int, Mesh]) -> None:
         """Replace the shapes of meshes, by their index."""
         for mesh_index, mesh in shapes.items():
-            records = _records(mesh, self.has_bumps)
+            records = vertex_records(mesh, self.has_bumps)
             start = int(self._first_vertex[mesh_index]) * records.itemsize
             self.vertices.write(records.tobytes(), offset=start)
             self.boxes_m[mesh_index] = mesh.box_m
 
     def write_back_rules(self, eye_m: Array) -> None:
         """Write how back faces are recognized from `eye_m`; call this after `place`."""
-        records = self._records
+        records = self.vertex_records
         rules = self._closed_meshes.rules(
             self._meshes, records["to_world"].transpose(0, 2, 1), records["to_object"], eye_m
         )
@@ -175,155 +160,6 @@ def inverses(matrices: Array) -> Array:
     return np.where(flat[:, None, None], 0.0, inverse)
 
 
-def _join_meshes(
-    scene: Scene, has_bumps: bool
-) -> tuple[npt.NDArray[np.void], npt.NDArray[np.uint32], npt.NDArray[np.int64]]:
-    """Return all vertices, all triangles, and each mesh's first triangle with the total last."""
-    first_vertex = np.cumsum([0] + [len(mesh.positions_m) for mesh in scene.meshes])
-    first_triangle = np.cumsum([0] + [len(mesh.triangles) for mesh in scene.meshes])
-    vertices = np.zeros(int(first_vertex[-1]), BUMPY_VERTEX if has_bumps else VERTEX)
-    triangles = np.zeros((int(first_triangle[-1]), 3), np.uint32)
-    for i, mesh in enumerate(scene.meshes):
-        vertices[first_vertex[i] : first_vertex[i + 1]] = _records(mesh, has_bumps)
-        triangles[first_triangle[i] : first_triangle[i + 1]] = mesh.triangles + first_vertex[i]
-    return vertices, triangles, first_triangle
-
-
-def _records(mesh: Mesh, has_bumps: bool) -> npt.NDArray[np.void]:
-    """Return VERTEX of each vertex of a mesh, or BUMPY_VERTEX if `has_bumps`."""
-    records = np.zeros(len(mesh.positions_m), BUMPY_VERTEX if has_bumps else VERTEX)
-    records["position"], records["normal"] = mesh.positions_m, mesh.normals
-    records["u"], records["v"] = mesh.uvs.T
-    if has_bumps and mesh.tangents is not None:
-        records["tangent"] = mesh.tangents
-    return records
-
-
 def has_colors(scene: Scene) -> bool:
     """Return whether any vertex has a color of its own."""
     return any(mesh.colors is not None for mesh in scene.meshes)
-
-
-def colors_of(meshes: Sequence[Mesh]) -> bytes:
-    """Return RGBA of all vertices as half floats; white and opaque for meshes without colors."""
-    colors = np.ones((sum(len(mesh.positions_m) for mesh in meshes), 4), np.float16)
-    first = 0
-    for mesh in meshes:
-        last = first + len(mesh.positions_m)
-        if mesh.colors is not None:
-            colors[first:last, : mesh.colors.shape[1]] = mesh.colors
-        first = last
-    return colors.tobytes()
-
-
-def more_uvs_of(meshes: Sequence[Mesh]) -> bytes:
-    """Return the second texture coordinates of all vertices; the first ones by default."""
-    parts = [mesh.uvs if mesh.more_uvs is None else mesh.more_uvs for mesh in meshes]
-    return np.concatenate(parts).astype(np.float32).tobytes()
-
-
-def placements_of(materials: Sequence[Material]) -> bytes:
-    """Return two vec4 for each map of each material, which say where the map lies on a surface.
-
-    The first is a matrix (2, 2). The second has an offset u, v, the number of the set of texture
-    coordinates, and how the map continues beyond its edges along u and v, as one number.
-    """
-    records = np.zeros((len(materials), MAPS, 8), np.float32)
-    for record, material in zip(records, materials, strict=True):
-        for row, place in zip(record, material.map_places or (MapPlace(),) * MAPS, strict=True):
-            u, v = place.wraps
-            row[:] = *np.ravel(place.matrix), *place.offset, place.coordinates, u + 4 * v
-    return records.tobytes()
-
-
-def _commands(
-    meshes: npt.NDArray[np.int64], first_triangle: npt.NDArray[np.int64]
-) -> npt.NDArray[np.uint32]:
-    """Return the commands (M, 5) of indirect draws, one for all instances of each visible mesh.
-
-    `meshes` is the mesh of each instance, sorted; `first_triangle` is that of each mesh.
-    """
-    drawn_meshes, base_instance, count = np.unique(meshes, return_index=True, return_counts=True)
-    commands = np.zeros((len(drawn_meshes), _COMMAND_WORDS), np.uint32)
-    # the words of a command, see _COMMAND_WORDS; the base vertex stays 0
-    commands[:, 0] = 3 * (first_triangle[drawn_meshes + 1] - first_triangle[drawn_meshes])
-    commands[:, 1], commands[:, 2], commands[:, 4] = (
-        count,
-        3 * first_triangle[drawn_meshes],
-        base_instance,
-    )
-    return commands
-
-
-def materials_of(materials: tuple[Material, ...]) -> npt.NDArray[np.void]:
-    """Return a MATERIAL record for each material, with -1 for a map that does not exist.
-
-    The last number of each vec4 is alpha, the cutoff of alpha, or the strength of occlusion.
-    """
-    records = np.zeros(len(materials), MATERIAL)
-    for record, material in zip(records, materials, strict=True):
-        record["base_color"] = (*material.base_color, material.base_alpha)
-        record["emission_cutoff"] = (*material.emission, material.alpha_cutoff)
-        roughness_metallic = material.roughness, material.metallic
-        record["rough_metal"] = (*roughness_metallic, material.normal_scale, material.occlusion)
-        maps = (material.base_color_map, material.metallic_roughness_map, material.emission_map)
-        record["maps"] = [_layer_or_none(number) for number in (*maps, material.normal_map)]
-        flags = UNLIT * (not material.is_lit) + BLENDED * material.is_blended
-        record["more_maps"][:2] = _layer_or_none(material.occlusion_map), flags
-    return records
-
-
-def _layer_or_none(number: int | None) -> int:
-    """Return the layer of a map, -1 for none."""
-    return -1 if number is None else number
-
-
-def lights_of(lights: tuple[PointLight, ...]) -> bytes:
-    """Return the block of lights: their number, in 16 bytes, and the brightest MOST_LIGHTS.
-
-    The last number of each vec4 has the cosines of the inner and outer cone, and the kind: 0 for a
-    light without direction, 1 or 2 for a cone, 2 with a smooth edge.
-    """
-    brightest = sorted(lights, key=lambda light: -max(light.intensity))[:MOST_LIGHTS]
-    records = np.zeros(max(len(brightest), 1), LIGHT)
-    for record, light in zip(records, brightest, strict=False):
-        inner, outer = light.cone_cosines
-        record["position_inner"] = (*light.position_m, inner)
-        record["intensity_outer"] = (*light.intensity, outer)
-        if light.direction is not None:
-            length = max(float(np.linalg.norm(light.direction)), 1e-12)
-            record["axis"] = (*np.divide(light.direction, length), 1.0 + light.is_smooth)
-    return np.array([len(brightest), 0, 0, 0], np.uint32).tobytes() + records.tobytes()
-
-
-def maps_of(ctx: Device, images: Sequence[npt.NDArray[np.uint8]]) -> TextureArray:
-    """Return `images` (H, W, 4) as layers of one texture, resampled to the same size.
-
-    The texture is read bilinearly, repeated beyond its edges, and has no mipmaps.
-    """
-    images = images or [_WHITE]
-    size = layer_size(images)
-    layers = np.stack([_resample(image, size) for image in images])
-    maps = ctx.texture_array((*size, len(images)), 4, layers.tobytes())
-    maps.sampling = Sampling.LINEAR
-    maps.repeats = True
-    return maps
-
-
-def layer_size(images: Sequence[npt.NDArray[np.uint8]]) -> tuple[int, int]:
-    """Return the (width, height) of the largest image, halved until all layers fit into memory."""
-    height = min(max(image.shape[0] for image in images), _SIDE_MOST_PX)
-    width = min(max(image.shape[1] for image in images), _SIDE_MOST_PX)
-    while 4 * width * height * len(images) > _BYTES_MOST:
-        width, height = max(width // 2, 1), max(height // 2, 1)
-    return width, height
-
-
-def _resample(image: npt.NDArray[np.uint8], size: tuple[int, int]) -> npt.NDArray[np.uint8]:
-    """Return an image (H, W, 4) resampled to `size` (width, height)."""
-    if image.shape[1::-1] == size:
-        return image
-    channels = [Image.fromarray(np.ascontiguousarray(image[..., i])) for i in range(4)]
-    # Channel by channel: Pillow would weight colors by alpha, which is not coverage here.
-    resized = [channel.resize(size, Image.Resampling.BILINEAR) for channel in channels]
-    return np.stack([np.asarray(channel) for channel in resized], axis=-1)

@@ -11,7 +11,7 @@ from heatlens.core.base.errors import GpuError
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.camera_track import Pose
 from heatlens.media.plate.plate import CameraHeader, DepthReport, Plate
 from heatlens.render.gpu.device import Texture
 from heatlens.render.gpu.textures import FloatArray, download

@@ -8,10 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
-from heatlens.core.model.focus.coc import COC_MOST_PX, LEVEL, axial_px
+from heatlens.core.model.focus.coc import COC_MOST_PX, axial_px
+from heatlens.core.model.focus.focus_offset import LEVEL
 from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.camera_track import Pose
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.value_bins import ValueBins

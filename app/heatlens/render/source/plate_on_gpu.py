@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
-from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.camera_track import Pose
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.plate import Pixels, Plate

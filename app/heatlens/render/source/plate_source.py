@@ -32,7 +32,8 @@ from heatlens.media.plate.picture.picture_open import picture_info
 from heatlens.media.plate.plate import Plate, ReadPixels
 from heatlens.media.sequence.depth_files import PlateFiles, depth_path_for
 from heatlens.media.sequence.names import NameForm, frames_text
-from heatlens.media.sequence.sequence import MissingPolicy, Sequence, find_sequence
+from heatlens.media.sequence.sequence import MissingPolicy, Sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 from heatlens.render.source.source import FrameLoader, Origin, Renderer, stamp_files
 
 _STILL_FRAME = 1  # the frame number of a picture without a number in its name

@@ -5,7 +5,8 @@ from functools import cached_property
 from typing import assert_never
 
 from heatlens.core.model.boxes import Box
-from heatlens.core.model.shot.framing import Framing, Pose
+from heatlens.core.model.shot.camera_track import Pose
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.coc_line import area_at, upper_median_m

@@ -12,7 +12,7 @@ from heatlens.core.model.curves.curve import SAME_FRAME, Curve, Key
 from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.keys import key_rows
 from heatlens.core.model.keys.key_rows import CAMERA, ROWS, KeyedCurve, Row, key_frames
-from heatlens.core.model.shot.framing import PoseKey
+from heatlens.core.model.shot.camera_track import PoseKey
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
 

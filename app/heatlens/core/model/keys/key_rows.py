@@ -7,7 +7,8 @@ from typing import Final
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.curve import Curve, Key
-from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey
+from heatlens.core.model.shot.camera_track import CameraTrack, PoseKey
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from heatlens.core.model.shot.framing import Array, Pose, Vector, pose_looking_at, pose_of
+from heatlens.core.model.shot.camera_track import Array, Pose, Vector, pose_looking_at, pose_of
 
 _STEEPEST = math.radians(89.0)  # beyond it the picture would turn over
 _NEAREST = 0.05  # smallest share of the distance to the pivot that a step leaves

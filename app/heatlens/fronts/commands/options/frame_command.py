@@ -13,7 +13,7 @@ from heatlens.fronts.commands.options.value_types import parse_whole_number
 from heatlens.media.documents.shot_file import is_shot_file
 from heatlens.media.files.picture_formats import parse_movie_name
 from heatlens.media.sequence.names import frames_text, parse_pattern
-from heatlens.media.sequence.sequence import find_sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 
 AddOptions = Callable[[argparse.ArgumentParser], None]
 

@@ -12,7 +12,8 @@ from heatlens.fronts.commands.output.say import print_messages
 from heatlens.media.files.foreign_formats import describe_other_format
 from heatlens.media.files.picture_formats import is_picture
 from heatlens.media.sequence.names import parse_frame_name
-from heatlens.media.sequence.sequence import Sequence, find_sequence
+from heatlens.media.sequence.sequence import Sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 
 
 def frame_in_sequence(text: str) -> tuple[int, Sequence] | None:

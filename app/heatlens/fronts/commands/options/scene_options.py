@@ -15,11 +15,11 @@ from heatlens.core.model.shot.framing import Framing, SceneTiming, WorldAxis
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.units import parse_scene_unit_m
+from heatlens.fronts.commands.options.kit_options import shot_with_kit
 from heatlens.fronts.commands.options.lens_options import (
     given_lens_fields,
     lens_text,
     parse_pixel,
-    shot_with_kit,
     value_origins,
 )
 from heatlens.fronts.commands.options.value_types import parse_number, parse_whole_number

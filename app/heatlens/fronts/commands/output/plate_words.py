@@ -19,7 +19,7 @@ from heatlens.media.plate.parts.header_read import first_timecode
 from heatlens.media.plate.plate import Plate
 from heatlens.media.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes
 from heatlens.media.plate.read import read_plate
-from heatlens.media.sequence.sequence import find_sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 from heatlens.render.source.named import source_of
 
 

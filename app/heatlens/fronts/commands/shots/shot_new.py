@@ -20,12 +20,12 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.units import format_distance
 from heatlens.fronts.commands.options.field_options import add_blur_options, settings_of
 from heatlens.fronts.commands.options.given_options import refuse_unused_options
+from heatlens.fronts.commands.options.kit_options import shot_with_kit
 from heatlens.fronts.commands.options.lens_options import (
     FOLLOWED_ORIGIN,
     add_lens_options,
     add_plate_options,
     plate_options,
-    shot_with_kit,
 )
 from heatlens.fronts.commands.options.scene_options import add_framing_options
 from heatlens.fronts.commands.options.shot_camera import (

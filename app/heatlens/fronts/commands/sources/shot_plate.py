@@ -21,7 +21,8 @@ from heatlens.media.plate.header.timecode import rate_at
 from heatlens.media.plate.parts.header_read import first_timecode, read_headers, read_timing_headers
 from heatlens.media.plate.plate import CameraHeader
 from heatlens.media.plate.read import read_plate
-from heatlens.media.sequence.sequence import Sequence, find_sequence
+from heatlens.media.sequence.sequence import Sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 
 
 def plate_shot(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:

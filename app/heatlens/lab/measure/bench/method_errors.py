@@ -29,7 +29,8 @@ from heatlens.lab.measure.bench.timing import (
 )
 from heatlens.lab.measure.metrics import score
 from heatlens.media.plate.plate import FloatImage
-from heatlens.media.scene.scene import Color, Daylight, Instance, Material, Mesh, Scene
+from heatlens.media.scene.material import Color, Material
+from heatlens.media.scene.scene import Daylight, Instance, Mesh, Scene
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.frame_renderer import run_all_steps
 from heatlens.render.gpu.textures import download

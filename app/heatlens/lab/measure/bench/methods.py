@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 
 from heatlens.core.model.focus.coc import coc_line
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey, pose_looking_at
+from heatlens.core.model.shot.camera_track import CameraTrack, PoseKey, pose_looking_at
+from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.settings import DefocusSettings, Method
 from heatlens.lab.measure.bench import timing
 from heatlens.lab.measure.bench.synthetic_plate import LENS, uniform_coc_plate
 from heatlens.lab.measure.bench.timing import BenchFrames, Frame, MethodTimer, ReportProgress
 from heatlens.media.plate.picture.display import encode_srgb
-from heatlens.media.scene.scene import Daylight, Instance, Material, Mesh, Scene
+from heatlens.media.scene.material import Material
+from heatlens.media.scene.scene import Daylight, Instance, Mesh, Scene
 
 METHOD_COC_PX = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 _SQUARES = (96, 54)  # twice as many triangles: about those of the built-in scene

@@ -27,7 +27,7 @@ from heatlens.media.plate.deep.stacked import (
     move_stack,
 )
 from heatlens.media.plate.depth.depth import finite_range
-from heatlens.media.plate.depth.depth_guess import INFINITE_FROM
+from heatlens.media.plate.depth.raw_depth import INFINITE_FROM
 from heatlens.media.plate.depth.repair import DEPTH_LEAST_M, LIGHT_MOST
 from heatlens.media.plate.exr.exr_read import DeepChannels, choose_deep_channels
 from heatlens.media.plate.fragments import LEAST_COVERAGE, OPAQUE

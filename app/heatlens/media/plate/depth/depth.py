@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.media.plate.depth.depth_guess import (
-    NORMALIZED_UP_TO,
+from heatlens.media.plate.depth.depth_guess import NORMALIZED_UP_TO, Guess, guess_convention
+from heatlens.media.plate.depth.raw_depth import (
     DepthOrigin,
-    Guess,
     RawDepth,
-    guess_convention,
     measure_raw_depth,
     scale_white_to_one,
 )

@@ -15,7 +15,8 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.depth_words import DepthConvention, DepthKind, DepthModelOutput
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.depth.depth import DepthResult, require_ends, settle_ends
-from heatlens.media.plate.depth.depth_guess import DepthOrigin, Guess, measure_raw_depth
+from heatlens.media.plate.depth.depth_guess import Guess
+from heatlens.media.plate.depth.raw_depth import DepthOrigin, measure_raw_depth
 from heatlens.media.plate.depth.repair import DEPTH_LEAST_M
 from heatlens.media.plate.estimate.chain import Chain, ReadColor, estimate_frame
 from heatlens.media.plate.estimate.network import (
@@ -26,7 +27,8 @@ from heatlens.media.plate.estimate.network import (
 )
 from heatlens.media.plate.estimate.scale import DIOPTRES_LEAST, Fit, scale_of
 from heatlens.media.plate.plate import DepthReport, FloatImage
-from heatlens.media.sequence.sequence import Sequence, find_sequence
+from heatlens.media.sequence.sequence import Sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 
 CHANNEL = "estimate"
 _RAMP_PX = 3.0  # half the width of the ramp to which the network blurs an edge, in its pixels

@@ -13,7 +13,8 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.mattes.mattes import UnknownThingError, read_matte, read_thing_matte
 from heatlens.media.plate.plate import FloatImage, Plate
 from heatlens.media.sequence.names import NameForm, parse_frame_name
-from heatlens.media.sequence.sequence import Stamp, find_sequence, stamp_of
+from heatlens.media.sequence.sequence import Stamp, stamp_of
+from heatlens.media.sequence.sequence_search import find_sequence
 
 PLANE_OF, NEAREST_OF = "plane:", "nearest:"  # prefixes of the thing of a flat depth
 _Thing = tuple[Path, NameForm, str]  # folder and name form of a sequence, and the name of a thing

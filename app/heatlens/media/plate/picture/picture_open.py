@@ -9,53 +9,36 @@ the matrix of the camera by columns, in pixels of `w` x `h`, and the frame rate.
 
 import contextlib
 import importlib.util
-import json
 import os
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from fractions import Fraction
-from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
-from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps, features
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.extras import BASE, extra, import_extra
+from heatlens.core.base.extras import BASE, import_extra
 from heatlens.core.base.outside_text import one_line
 from heatlens.core.base.paths import open_regular_file, read_file_bytes, unreadable_error
 from heatlens.media.files.apart import call_in_process
 from heatlens.media.files.limits import allow_for, is_bounded
-from heatlens.media.files.opened_by_ending import (
-    check_content,
-    open_by_openimageio,
-    open_with_pillow,
-)
+from heatlens.media.files.opened_by_ending import open_with_pillow
 from heatlens.media.files.picture_formats import movie_of_frame
-from heatlens.media.files.quiet import quiet_library
-from heatlens.media.plate.exr.exr_scan import MAX_SIDE_PX
-from heatlens.media.plate.header.camera_header import lens_attributes
+from heatlens.media.plate.picture.capture_folder import capture_info
 from heatlens.media.plate.picture.movie_picture import read_movie_info, read_movie_values
+from heatlens.media.plate.picture.openimageio_read import check_size, read_by_openimageio
 from heatlens.media.plate.picture.pfm import read_pfm
 from heatlens.media.plate.picture.portrait import portrait_header
-
-if TYPE_CHECKING:
-    from OpenImageIO import ImageSpec
 
 _MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
 _HEIC = (".heic", ".heif")
 _ORIENTATION = 0x0112  # tag of EXIF
-_LOG_TRANSFERS = ("Printing density", "Logarithmic")  # transfers in the header of a DPX
 _HEAD_BYTES = 4096  # start of an AVIF that holds its description
-_FOLDER, _FILE = "rgb", "metadata.json"
-_LONG_SIDE_MM = 36.0  # of the full frame, on which phones tell their focal lengths
-_SAME_ASPECT = 0.02
-_CAPTURE_MOST_BYTES = 256_000_000  # metadata.json of a capture holds the pose of each frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +73,7 @@ def open_picture(path: Path) -> RawPicture:
         return RawPicture(_ARRAY_READERS[path.suffix.lower()](path))
     with convert_library_errors(path), _open_with_pillow(path) as image:
         if image is None or _is_reduced_by_pillow(image):
-            values, facts = _read_by_openimageio(path)
+            values, facts = read_by_openimageio(path)
             return RawPicture(values, facts if image is None else _collect_info(image))
         upright = ImageOps.exif_transpose(image)
         upright = upright.convert(_MODES[upright.mode]) if upright.mode in _MODES else upright
@@ -111,7 +94,7 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, object]]:
         return (width, height), {} if path.suffix.lower() == ".npy" else {"is_light": True}
     with convert_library_errors(path), _open_with_pillow(path) as image:
         if image is None:  # floating point, or a format that Pillow lacks
-            values, facts = _read_by_openimageio(path)
+            values, facts = read_by_openimageio(path)
             return values.shape[1::-1], facts | {"is_light": values.dtype.kind == "f"}
         info = _photo_info(path, image, image.size)
         return _upright_size(image), info | {"is_light": image.mode == "F"}
@@ -142,7 +125,7 @@ def _open_with_pillow(path: Path) -> Iterator[Image.Image | None]:
         yield None
         return
     with image:
-        _check_size(path, image.size)
+        check_size(path, image.size)
         yield image
 
 
@@ -179,62 +162,6 @@ def _is_reduced_by_pillow(image: Image.Image) -> bool:
     return is_color and any(";16" in str(tile[-1]) for tile in getattr(image, "tile", ()))
 
 
-def _read_by_openimageio(path: Path) -> tuple[NDArray[np.generic], dict[str, object]]:
-    """Read values (H, W, C) in the type that the file has, and its metadata."""
-    if importlib.util.find_spec("OpenImageIO") is None:
-        raise InputError(
-            f"{path} has more than 8 bits a channel, or is of a kind that needs OpenImageIO: "
-            f"{extra('pictures').install_command()}."
-        )
-    library = import_extra("OpenImageIO", str(path))
-    with quiet_library():
-        return _read_with_library(library, path)
-
-
-def _read_with_library(
-    library: ModuleType, path: Path
-) -> tuple[NDArray[np.generic], dict[str, object]]:
-    """Read values (H, W, C) and metadata with OpenImageIO, which is imported as `library`."""
-    input_file = open_by_openimageio(library, path)
-    if input_file is None:
-        library.geterror()  # else the library prints it when the program ends
-        check_content(path)
-        raise InputError(
-            f"{path} cannot be read as {path.suffix}: it is damaged, or of a rare kind. Convert it "
-            "to a PNG or TIFF of 16 bits, or to EXR."
-        )
-    spec = input_file.spec()
-    _check_size(path, (spec.width, spec.height))
-    values = input_file.read_image(library.UNKNOWN)
-    input_file.close()
-    if values is None:
-        raise InputError(f"{path} is damaged or cut short ({one_line(input_file.geterror())}).")
-    upright = _rotate_upright(
-        np.asarray(values)[:, :, :4], spec.get_int_attribute("Orientation", 1)
-    )
-    return upright, _read_metadata(path, spec, upright.dtype.itemsize * 8)
-
-
-def _read_metadata(path: Path, spec: "ImageSpec", bits: int) -> dict[str, object]:
-    """Return the metadata: comment, bits, and a note on a DPX that is marked as the log of film."""
-    facts: dict[str, object] = {"comment": spec.get_string_attribute("DocumentName")}
-    facts["bits"] = spec.get_int_attribute("oiio:BitsPerSample", bits)
-    transfer = spec.get_string_attribute("dpx:Transfer")
-    if transfer in _LOG_TRANSFERS:
-        facts["note"] = (
-            f"{path}: its header tells {transfer.lower()}, the log of film; its numbers are taken "
-            "as display values."
-        )
-    return facts
-
-
-def _rotate_upright(stored_values: NDArray[Any], orientation: int) -> NDArray[np.generic]:
-    """Return stored values (H, W, C) turned upright. Source: EXIF 2.32, the tag Orientation."""
-    upright = stored_values.swapaxes(0, 1) if orientation in (5, 6, 7, 8) else stored_values
-    upright = upright[::-1] if orientation in (3, 4, 7, 8) else upright
-    return np.ascontiguousarray(upright[:, ::-1] if orientation in (2, 3, 6, 7) else upright)
-
-
 def _read_numpy(path: Path) -> NDArray[np.generic]:
     """Read values (H, W, C) of a NumPy file that holds only numbers."""
     with convert_library_errors(path):
@@ -245,7 +172,7 @@ def _read_numpy(path: Path) -> NDArray[np.generic]:
                 f"{path} holds an array of shape {values.shape} of {values.dtype}; a picture is "
                 "(height, width) or (height, width, channels) of numbers."
             )
-    _check_size(path, (values.shape[1], values.shape[0]))
+    check_size(path, (values.shape[1], values.shape[0]))
     pixels: NDArray[np.generic] = values if values.ndim == 3 else values[:, :, None]
     return pixels
 
@@ -254,7 +181,7 @@ def _read_checked_pfm(path: Path) -> NDArray[np.generic]:
     """Read values (H, W, C) of a PFM file, and check its size."""
     with convert_library_errors(path):
         values = read_pfm(path)
-    _check_size(path, (values.shape[1], values.shape[0]))
+    check_size(path, (values.shape[1], values.shape[0]))
     return values
 
 
@@ -317,50 +244,3 @@ def _photo_info(path: Path, image: Image.Image, upright_size: tuple[int, int]) -
     capture = capture_info(path, upright_size)
     header = portrait_header(path, image.size, info)
     return {**info, "header": header, **capture}
-
-
-def _check_size(path: Path, size: tuple[int, int]) -> None:
-    """Raise InputError for an empty picture and for one that is too large for a GPU."""
-    if not all(0 < side <= MAX_SIDE_PX for side in size):
-        raise InputError(
-            f"{path} has {size[0]} x {size[1]} pixels; heatlens takes 1 to {MAX_SIDE_PX} a side."
-        )
-
-
-def capture_info(path: Path, size: tuple[int, int]) -> dict[str, object]:
-    """Return the header entries of the camera for a picture of a capture, {} for other pictures.
-
-    If the capture does not describe its camera, a note says so instead.
-    """
-    file = path.parent.parent / _FILE
-    if path.parent.name.lower() != _FOLDER or not file.is_file():
-        return {}
-    try:
-        return {"header": _capture_header(_read_capture(file, file.stat().st_mtime_ns), size)}
-    except (OSError, ValueError, LookupError, TypeError, ArithmeticError, RecursionError) as error:
-        return {"note": f"{file} does not tell the camera ({error!r}): its lens is assumed."}
-
-
-@lru_cache(maxsize=4)  # all frames of a capture share one file
-def _read_capture(file: Path, changed_ns: int) -> dict[str, Any]:
-    """Return the entries on the camera in a capture's file; another `changed_ns` reads it again."""
-    capture = json.loads(read_file_bytes(file, _CAPTURE_MOST_BYTES).decode("utf-8"))
-    return {name: capture[name] for name in ("K", "w", "h", "fps") if name in capture}
-
-
-def _capture_header(capture: dict[str, Any], size: tuple[int, int]) -> dict[str, object]:
-    """Return header entries with lens and frame rate for a picture (width, height) of a capture.
-
-    Raises ValueError if the entries are impossible or belong to another size.
-    """
-    focal_px, width, height = float(capture["K"][0]), float(capture["w"]), float(capture["h"])
-    if not (0 < focal_px < 1e6 and 0 < width < 1e6 and 0 < height < 1e6):
-        raise ValueError(f"a focal length of {focal_px:g} px in {width:g} x {height:g}")
-    if abs(size[0] * height / (size[1] * width) - 1) > _SAME_ASPECT:
-        raise ValueError(f"it is for {width:g} x {height:g} pixels")
-    mm_per_px = _LONG_SIDE_MM / max(width, height)
-    lens = lens_attributes(focal_px * mm_per_px, 1.0, 1.0, width * mm_per_px, height * mm_per_px)
-    header = {name: lens[name] for name in ("pinholeFocalLength", "sensorOverallDimensions")}
-    if 0 < float(capture.get("fps", 0)) <= 10_000:
-        header["framesPerSecond"] = Fraction(capture["fps"]).limit_denominator(1001)
-    return header

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from heatlens.core.model.shot.framing import CameraTrack, Pose, PoseKey, pose_of
+from heatlens.core.model.shot.camera_track import CameraTrack, Pose, PoseKey, pose_of
 from heatlens.media.scene.gltf.animation import Animation
 from heatlens.media.scene.gltf.file import GltfFile
 from heatlens.media.scene.gltf.json_values import Record

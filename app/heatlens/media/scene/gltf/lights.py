@@ -12,7 +12,8 @@ import numpy as np
 from heatlens.media.scene.gltf.animation import Animation
 from heatlens.media.scene.gltf.file import GltfFile
 from heatlens.media.scene.gltf.json_values import Record
-from heatlens.media.scene.scene import Array, Color, Daylight, Lighting, PointLight
+from heatlens.media.scene.material import Color
+from heatlens.media.scene.scene import Array, Daylight, Lighting, PointLight
 
 # Blender multiplies its watts by 683, the lumens of a watt of green light, for lux and candela.
 _LUMENS_OF_WATT = 683.0

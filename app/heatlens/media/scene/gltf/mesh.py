@@ -25,11 +25,12 @@ from heatlens.media.scene.gltf.deform import (
 from heatlens.media.scene.gltf.file import GltfFile
 from heatlens.media.scene.gltf.json_values import Record
 from heatlens.media.scene.gltf.material import GltfMaterials
+from heatlens.media.scene.gltf.thin_solids import count_thin_corners, make_thin_solids
 from heatlens.media.scene.gltf.vertices import Vertices
+from heatlens.media.scene.material import MapPlace, Material
 from heatlens.media.scene.mesh_make import add_tangents, make_mesh, normalize_tangents
-from heatlens.media.scene.point_cloud import POINTS_MOST, make_point_solids
-from heatlens.media.scene.primitives import make_tubes
-from heatlens.media.scene.scene import Array, Deform, MapPlace, Material, Mesh
+from heatlens.media.scene.point_cloud import POINTS_MOST
+from heatlens.media.scene.scene import Array, Deform, Mesh
 
 _BONELESS_NOTE = "Skinned meshes on nodes without a skeleton keep their modelled shape"
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
@@ -37,12 +38,6 @@ _THIN_NOTE = "Points and lines are drawn thin"
 _LEFT_OUT_WORDS = ", and some are left out because there are very many"
 _UNTEXTURED_NOTE = "Surfaces without texture coordinates for their pictures have a single colour"
 _NORMAL_MAP = 3  # index of the normal map among the maps of a material
-POINTS, LINES, LOOP, STRIP = range(4)  # modes of a primitive
-_THINNESS = 1 / 600  # radius of a line or a point, as a part of the size of its mesh
-_SIDES = 4
-
-# Positions (V, 3), triangles (T, 3), and the vertex of the file of each position (V,).
-Solids = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]
 
 
 @dataclass(eq=False)
@@ -254,73 +249,3 @@ def _list_triangles(corners: NDArray[np.uint32], mode: int) -> NDArray[np.uint32
     rows = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
     rows[1::2] = rows[1::2][:, [1, 0, 2]]
     return rows
-
-
-def count_thin_corners(gltf: GltfFile) -> int:
-    """Return how many points and ends of lines all meshes of the file have."""
-    return sum(
-        _corner_count(gltf, primitive)
-        for mesh in gltf.top_level("meshes")
-        for primitive in mesh.records("primitives")
-        if primitive.whole_number("mode", STRIP + 1) <= STRIP
-    )
-
-
-def _corner_count(gltf: GltfFile, primitive: Record) -> int:
-    """Return the number of corners of a primitive: that of its indices, or else its vertices."""
-    index = gltf.index(primitive, "indices", "accessors")
-    if index is None:
-        index = gltf.index(primitive.object_at("attributes"), "POSITION", "accessors")
-    return 0 if index is None else gltf.top_level("accessors")[index].whole_number("count", 0)
-
-
-# Each primitive gets a share of the triangles, because all points and lines of a file together have
-# the same limit of two million as a scan of points. A file of 1.9 MB becomes 1.7 million triangles
-# instead of 6.3, and is read in a third of the time. Lines become crossed bands if tubes would be
-# too many triangles.
-def make_thin_solids(
-    vertex_positions: NDArray[np.float64], corners: NDArray[np.uint32], mode: int, corner_total: int
-) -> Solids:
-    """Return thin solids for points or lines: balls for points, tubes or crossed bands for lines.
-
-    They are positions (V, 3), triangles (T, 3) and the vertex of the file of each position (V,).
-    `corners` are the vertices of the points or lines in the order of `mode`, and `corner_total` is
-    the number of points and ends of lines of the whole file, which share the triangles.
-    """
-    if not len(corners):
-        return np.zeros((0, 3)), np.zeros((0, 3), np.uint32), np.zeros(0, np.uint32)
-    radius_m = max(_THINNESS * float(np.linalg.norm(np.ptp(vertex_positions, axis=0))), 1e-6)
-    triangles_most = int(POINTS_MOST * len(corners) / max(corner_total, len(corners)))
-    if mode == POINTS:
-        solids = make_point_solids(
-            vertex_positions[corners], np.full(len(corners), radius_m), None, triangles_most
-        )
-        return solids.positions, solids.triangles, corners[solids.point]
-    corners, counts = _split_curves(_thin_out(corners, mode, triangles_most), mode)
-    piece_count = len(corners) - len(counts)
-    radii = np.full(len(corners), radius_m)
-    is_crossed = 2 * piece_count > triangles_most
-    positions, _, triangles, corner_number = make_tubes(
-        vertex_positions[corners], radii, counts, _SIDES, is_crossed
-    )
-    return positions, triangles, corners[corner_number]
-
-
-def _thin_out(corners: NDArray[np.uint32], mode: int, corners_most: int) -> NDArray[np.uint32]:
-    """Return about `corners_most` corners at most; lines or points are left out evenly."""
-    step = -(-len(corners) // max(corners_most, 1))
-    if mode == LINES:
-        return corners[: len(corners) // 2 * 2].reshape(-1, 2)[::step].reshape(-1)
-    is_last_left_out = (len(corners) - 1) % step > 0
-    return np.append(corners[::step], corners[-1:]) if is_last_left_out else corners[::step]
-
-
-def _split_curves(
-    corners: NDArray[np.uint32], mode: int
-) -> tuple[NDArray[np.uint32], NDArray[np.int64]]:
-    """Return the points of all lines in order, and the number of points of each line."""
-    if mode == LINES:
-        return corners, np.full(len(corners) // 2, 2)
-    if mode == LOOP and len(corners) > 2:
-        corners = np.append(corners, corners[0])
-    return corners, np.array([len(corners)])

@@ -13,8 +13,8 @@ from heatlens.core.base.errors import InputError, MissingPackageError
 from heatlens.media.scene.gltf.compressed import KTX2_HEAD, decode_ktx2
 from heatlens.media.scene.gltf.file import GltfFile
 from heatlens.media.scene.gltf.json_values import Record
+from heatlens.media.scene.material import MapPlace, Wrap
 from heatlens.media.scene.picture_read import read_picture
-from heatlens.media.scene.scene import MapPlace, Wrap
 
 Pixels = NDArray[np.uint8]
 # Extensions that name another picture, the best known first.

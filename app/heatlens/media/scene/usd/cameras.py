@@ -6,7 +6,7 @@ import numpy as np
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.framing import CameraTrack, Pose, PoseKey, pose_of
+from heatlens.core.model.shot.camera_track import CameraTrack, Pose, PoseKey, pose_of
 from heatlens.media.files import usd_library
 from heatlens.media.files.usd_library import UsdObject, usd_module
 from heatlens.media.scene.scene import SceneCamera

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from heatlens.core.base.errors import InputError
 from heatlens.media.files.usd_library import UsdObject, check_asset, float_array, usd_module
+from heatlens.media.scene.material import Color, Material
 from heatlens.media.scene.picture_read import read_picture
-from heatlens.media.scene.scene import Color, Material
 from heatlens.media.scene.usd.stage import UsdStage
 
 _BLEND_CUTOFF = 0.5

@@ -14,15 +14,13 @@ from heatlens.media.files.usd_library import UsdObject, read_usd_in_process, rep
 from heatlens.media.scene.scene import Array, Instance, Scene, check_instances
 from heatlens.media.scene.usd.cameras import find_animated_lens, is_camera, read_cameras
 from heatlens.media.scene.usd.geometry import (
-    Instancers,
     UsdGeometry,
     find_animated_attributes,
     has_surface,
-    is_instancer,
     is_shown,
-    is_within_instancer,
     list_undrawn_kinds,
 )
+from heatlens.media.scene.usd.instancers import Instancers, is_instancer, is_within_instancer
 from heatlens.media.scene.usd.material import UsdMaterials
 from heatlens.media.scene.usd.stage import STILL_FRAME, UsdStage, open_stage
 from heatlens.media.scene.usd.unread import unread_notes

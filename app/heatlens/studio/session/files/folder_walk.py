@@ -9,7 +9,7 @@ from heatlens.core.base.background import Background
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.paths import home_dir
 from heatlens.media.sequence.folder_list import Entry, FolderList, list_folder
-from heatlens.media.sequence.sequence import find_sequence
+from heatlens.media.sequence.sequence_search import find_sequence
 
 
 @dataclass(frozen=True)

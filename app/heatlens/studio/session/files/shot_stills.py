@@ -16,7 +16,8 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.plate import FloatImage
 from heatlens.media.plate.read import read_light
-from heatlens.media.sequence.sequence import find_sequence, stamp_of
+from heatlens.media.sequence.sequence import stamp_of
+from heatlens.media.sequence.sequence_search import find_sequence
 from heatlens.render.rendered_frames.kept_pictures import DiskStore, KeptPicture, to_half
 
 Still = NDArray[np.float16]  # (H, W, 4), scene-linear

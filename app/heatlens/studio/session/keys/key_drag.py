@@ -25,7 +25,7 @@ from heatlens.core.model.keys.key_rows import (
     paste_into_row,
     with_keyed_curve,
 )
-from heatlens.core.model.shot.framing import PoseKey
+from heatlens.core.model.shot.camera_track import PoseKey
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.keys.key_commands import KeyCommands
 from heatlens.studio.session.messages import report_errors

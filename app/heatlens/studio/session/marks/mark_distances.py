@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from heatlens.core.base.background import Background
 from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.focus.coc import focus_offset_of
+from heatlens.core.model.focus.focus_offset import focus_offset_of
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import MatteMark, ObjectMark, PointMark

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.model.boxes import Box
-from heatlens.core.model.focus.coc import FocusOffset, focus_offset_of
+from heatlens.core.model.focus.focus_offset import FocusOffset, focus_offset_of
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import DistanceMark, PointMark

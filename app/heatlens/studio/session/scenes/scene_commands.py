@@ -12,7 +12,8 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import free_letter
 from heatlens.core.model.marks.marks import ObjectMark, PointMark
-from heatlens.core.model.shot.framing import Framing, Pose, Vector, WorldAxis
+from heatlens.core.model.shot.camera_track import Pose, Vector
+from heatlens.core.model.shot.framing import Framing, WorldAxis
 from heatlens.core.model.shot.pull import focus_on_distances
 from heatlens.core.model.units import format_distance
 from heatlens.core.model.view.orbit import dolly_camera, orbit_camera, pan_camera, pivot_of
