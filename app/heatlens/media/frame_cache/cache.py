@@ -240,11 +240,8 @@ class FrameCache(Closing):
         self, sequence: Sequence, stamps_by_frame: Mapping[int, Stamps]
     ) -> tuple[int, ...]:
         """Return the frames whose files have other stamps now than in `stamps_by_frame`."""
-        return tuple(
-            frame
-            for frame, stamps in stamps_by_frame.items()
-            if self._stamps(sequence.path_at(frame)) != stamps
-        )
+        items = stamps_by_frame.items()
+        return tuple(it for it, old in items if self._stamps(sequence.path_at(it)) != old)
 
     def _scan_disk(self, sequence: Sequence, stamps_by_frame: Mapping[int, Stamps]) -> None:
         """Scan `sequence` and the files that were read for changes; runs on a thread."""
@@ -258,12 +255,11 @@ class FrameCache(Closing):
             with self._condition:
                 if self._is_closed:
                     return
-                is_other_scan = (scanned, problem) != (self._sequence, self._problem)
-                has_changed = is_other_scan or bool(changed_frames)
+                is_same_scan = (scanned, problem) == (self._sequence, self._problem)
                 self._is_scanning, self._problem = False, problem
                 self._apply_scan(scanned, changed_frames)
                 self._condition.notify_all()
-            if has_changed:
+            if changed_frames or not is_same_scan:
                 self._on_ready()
 
     def _apply_scan(self, sequence: Sequence, changed_frames: tuple[int, ...]) -> None:

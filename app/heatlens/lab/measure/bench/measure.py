@@ -93,9 +93,7 @@ def measure_frame(
         solver=frames.solver.name,
         runs=runs,
         copy_gb_per_s=1e-9 * copy_rate,
-        passes=tuple(
-            pass_row(name, entry, work, copy_rate) for name, entry in seconds.passes.items()
-        ),
+        passes=tuple(pass_row(*item, work, copy_rate) for item in seconds.passes.items()),
         frame_ms=1e3 * seconds.whole,
         stopwatch_frame_ms=1e3 * seconds.timed,
     )
@@ -232,11 +230,8 @@ def _copy_seconds(ctx: Device, program: ComputeProgram, source: Texture, target:
     """Return the seconds of one copy of a texture."""
     stopwatch = Stopwatch(ctx, is_on=True)
     with stopwatch.measure("copy"):
-        program.dispatch(
-            pixel_groups(source.size),
-            textures={"color_tx": source},
-            images={"out_color_img": target},
-        )
+        images = {"out_color_img": target}
+        program.dispatch(pixel_groups(source.size), textures={"color_tx": source}, images=images)
     return stopwatch.times["copy"].seconds
 
 

@@ -214,9 +214,8 @@ def _depth_rank(
         siblings = {r.leaf.lower() for r in usable if (r.part, r.layer) == (ref.part, ref.layer)}
         if {"x", "y"} <= siblings and leaf == "z":
             return None  # the third axis of a vector
-        is_known_layer = (
-            layer in _COLOR_LAYERS or _strip_punctuation(layer) in words or ref.layer == color_layer
-        )
+        is_color_layer = layer in _COLOR_LAYERS or ref.layer == color_layer
+        is_known_layer = is_color_layer or _strip_punctuation(layer) in words
         return 2 * words.index(_strip_punctuation(leaf)) + (0 if is_known_layer else 2 * len(words))
     if _strip_punctuation(layer) in words and leaf in _VALUE_LEAVES:
         return 2 * words.index(_strip_punctuation(layer)) + 1

@@ -74,8 +74,7 @@ def depth_parts(path: Path) -> list[Part]:
     Raises InputError for a colored picture, because the colors of a color map have no order.
     """
     raw = open_picture(path)
-    facts = PictureFacts(full_scale=raw.full_scale)
-    return [_make_part({"Z": _read_grey(path, raw)}, raw, facts)]
+    return [_make_part({"Z": _read_grey(path, raw)}, raw, PictureFacts(full_scale=raw.full_scale))]
 
 
 def _read_grey(
@@ -114,9 +113,8 @@ def _split_halves(path: Path, raw: RawPicture, side: DepthSide) -> tuple[RawPict
     height, width = raw.values.shape[:2]
     half = _half_size((width, height), side)
     if (2 * half[0], height) != (width, height) and (width, 2 * half[1]) != (width, height):
-        raise InputError(
-            f"{path} is {width} x {height} pixels, which cannot be halved: leave --depth-side out."
-        )
+        size = f"{width} x {height} pixels"
+        raise InputError(f"{path} is {size}, which cannot be halved: leave --depth-side out.")
     first = replace(raw, values=raw.values[: half[1], : half[0]])
     second = replace(raw, values=raw.values[-half[1] :, -half[0] :])
     color, depth = (first, second) if side in _SIDES_OF_SECOND_HALF else (second, first)

@@ -212,10 +212,7 @@ class Editing:
             for parameter in LensParameter
             if curves.of(parameter).keys and curves.of(parameter).key_at(self.frame) is None
         )
-        return replace(
-            lens,
-            **{str(parameter): getattr(keyed_lens, parameter) for parameter in trial_parameters},
-        )
+        return replace(lens, **{str(it): getattr(keyed_lens, it) for it in trial_parameters})
 
     def _explain_change(self, old_lens: Lens, new_lens: Lens) -> None:
         """Explain, once per shot of several frames, what a change of the focus does."""
