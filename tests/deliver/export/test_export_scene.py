@@ -298,12 +298,12 @@ def test_camera_of_demo_shot_has_pose_and_focus_of_scene(capsys, shot_file, tmp_
     )
 
 
-def test_camera_of_scene_without_camera_frames_whole_scene(square_scene_path):
+def test_exported_camera_is_default_view_if_scene_has_no_camera(square_scene_path):
     shot = Shot(Lens(50.0, 2.0, 2.0, 36.0), source=str(square_scene_path), framing=Framing(32, 32))
     camera = camera_of_shot(shot, "c")
-    pose = track_of(open_scene(str(square_scene_path)), Framing(32, 32), shot.lens).pose_at(1)
+    default = track_of(open_scene(str(square_scene_path)), Framing(32, 32), shot.lens).pose_at(1)
     assert camera.frames == (1,)
-    assert np.allclose(camera.world_to_camera[0], pose.world_to_camera)
+    assert np.allclose(camera.world_to_camera[0], default.world_to_camera)
 
 
 # Overscan and deep plates

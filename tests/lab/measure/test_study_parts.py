@@ -174,6 +174,11 @@ class FakeSceneRenderer:
         return np.full((9, 9, 4), self.render(shot, frame) - 0.4, np.float32)
 
 
+def fake_pixel(views: int) -> float:
+    """Return each value of a picture of the fake scene renderer from so many views."""
+    return 0.6 + 1 / views
+
+
 @pytest.fixture(autouse=True)
 def pictures_need_no_gpu(monkeypatch):
     monkeypatch.setattr("heatlens.lab.measure.study.measured.download", lambda pixels: pixels)
@@ -188,20 +193,21 @@ def scene_subject(views: int = 8) -> Subject:
 
 
 def test_measured_method_uses_its_own_view_count():
-    subject = scene_subject()
-    truth = truth_from(subject, 1024)
+    subject = scene_subject(views=8)
+    truth = truth_from(subject, views=1024)
     rows = measure_all(subject, (Method.ACCUMULATION,), truth, 2, lambda _: None).rows
-    assert truth.pixels[0, 0, 0] == pytest.approx(0.6 + 1 / 1024, rel=1e-6)
-    assert rows[0].pixels[0, 0, 0] == pytest.approx(0.6 + 1 / 8, rel=1e-6)
+    assert truth.pixels[0, 0, 0] == pytest.approx(fake_pixel(views=1024), rel=1e-6)
+    assert rows[0].pixels[0, 0, 0] == pytest.approx(fake_pixel(views=8), rel=1e-6)
     assert rows[0].detail == "8 views"
 
 
 def test_every_timed_frame_is_rendered_from_scratch():
-    subject = scene_subject()
-    truth = truth_from(subject, 64)
-    measure_all(subject, (Method.RAYTRACED,), truth, 3, lambda _: None)
+    subject = scene_subject(views=8)
+    truth = truth_from(subject, views=64)
+    measure_all(subject, (Method.RAYTRACED,), truth, runs=3, report_progress=lambda _: None)
     traced = [views for method, views in subject.renderer.drawn if method is Method.RAYTRACED]
-    assert traced == [1, 8] * 4
+    warm_up_and_runs = 4
+    assert traced == [1, 8] * warm_up_and_runs  # one view of another lens drops the views before
 
 
 def test_measure_all_skips_method_that_does_not_fit_with_message():
@@ -216,11 +222,13 @@ def test_measure_all_skips_method_that_does_not_fit_with_message():
         measure_all(subject, (Method.SCATTER,), truth, 1, messages.append)
 
 
-def test_measure_all_uses_first_run_if_time_is_short(monkeypatch):
+def test_measure_all_reports_time_of_warm_up_if_no_time_is_left_for_runs(monkeypatch):
     monkeypatch.setattr(measured, "LIMIT_S", 0.0)
     subject = scene_subject()
-    truth = truth_from(subject, 4)
-    (row,) = measure_all(subject, (Method.HEAT,), truth, 5, lambda _: None).rows
+    truth = truth_from(subject, views=4)
+    (row,) = measure_all(
+        subject, (Method.HEAT,), truth, runs=5, report_progress=lambda _: None
+    ).rows
     assert row.runs == 0 and row.seconds > 0
 
 

@@ -108,43 +108,49 @@ def write_patched(path, at, form, *values):
     return path
 
 
+# Where fields of a chunk lie, in bytes: a head, a table of sample counts, the samples.
+UNPACKED_SIZE_AT, TABLE_AT = 20, 28
+LAST_COUNT_AT = TABLE_AT + 4 * (SIZE[1] - 1)
+# Name: (bytes from the start of the chunk, form, values written there, words of the message).
 DAMAGE = {
-    "counts that sink": (28, "<2i", (5, 1), "negative number of samples"),
-    "counts that are too high": (24 + 4 * SIZE[1], "<i", (900,), "count 900 samples"),
-    "huge counts": (24 + 4 * SIZE[1], "<i", (2_000_000_000,), "more than 100,000,000 samples"),
+    "counts that sink": (TABLE_AT, "<2i", (5, 1), "negative number of samples"),
+    "counts that are too high": (LAST_COUNT_AT, "<i", (900,), "count 900 samples"),
+    "huge counts": (LAST_COUNT_AT, "<i", (2_000_000_000,), "more than 100,000,000 samples"),
     "a row outside": (0, "<i", (77,), "outside the picture"),
     "a row above": (0, "<i", (-1,), "outside the picture"),
     "a row just below": (0, "<i", (SIZE[0],), "outside the picture"),
     "a row twice": (0, "<i", (1,), "stored twice"),
     "a huge table": (4, "<Q", (1 << 60,), "table of counts is longer than it can be"),
     "huge samples": (12, "<Q", (1 << 60,), "longer than unpacked ones"),
-    "too many bytes claimed": (20, "<Q", (1 << 60,), "give their size"),
+    "too many bytes claimed": (UNPACKED_SIZE_AT, "<Q", (1 << 60,), "give their size"),
 }
 
 
 @pytest.mark.parametrize("name", DAMAGE)
 def test_read_plate_reports_damaged_deep_chunk_in_one_line(deep, name):
-    at, form, values, said = DAMAGE[name]
-    _, (first, *_) = chunk_offsets_of(deep)
-    with pytest.raises(InputError, match=said) as caught:
-        read_plate(write_patched(deep, first + at, form, *values))
+    at, form, values, words = DAMAGE[name]
+    _, (first_chunk, *_) = chunk_offsets_of(deep)
+    with pytest.raises(InputError, match=words) as caught:
+        read_plate(write_patched(deep, first_chunk + at, form, *values))
     assert "deep.exr" in str(caught.value) and len(str(caught.value).splitlines()) == 1
 
 
-def test_deep_part_rejects_more_samples_than_bytes_before_reading(deep):
-    """The chunk itself claims that many, in about a hundred bytes."""
-    _, (first, *_) = chunk_offsets_of(deep)
-    write_patched(deep, first + 24 + 4 * SIZE[1], "<i", 2_000_000)
-    write_patched(deep, first + 20, "<Q", 2_000_000 * (4 * 2 + 2 * 4))
+def test_deep_part_rejects_sample_count_that_its_chunk_cannot_hold(deep):
+    """The chunk of about a hundred bytes claims two million samples; none of it is unpacked."""
+    _, (first_chunk, *_) = chunk_offsets_of(deep)
+    write_patched(deep, first_chunk + LAST_COUNT_AT, "<i", 2_000_000)
+    bytes_per_sample = 4 * 2 + 2 * 4  # A, B, G, R are half floats; Z, ZBack floats
+    write_patched(deep, first_chunk + UNPACKED_SIZE_AT, "<Q", 2_000_000 * bytes_per_sample)
     with pytest.raises(InputError, match="hold the 2,000,000"):
         DeepPart(deep, 0)
 
 
-@pytest.mark.parametrize(("place", "said"), [(0, "1 of its 9 rows"), (1 << 50, "1 of its 9 rows")])
-def test_read_plate_reports_deep_rows_never_written(deep, place, said):
+@pytest.mark.parametrize("chunk_offset", [0, 1 << 50])
+def test_read_plate_reports_deep_rows_never_written(deep, chunk_offset):
+    """A row that was never written has offset 0 in the table, or one beyond the end."""
     table, _ = chunk_offsets_of(deep)
-    with pytest.raises(InputError, match=said):
-        read_plate(write_patched(deep, table + 8, "<Q", place))
+    with pytest.raises(InputError, match="1 of its 9 rows"):
+        read_plate(write_patched(deep, table + 8, "<Q", chunk_offset))
 
 
 def test_read_plate_rejects_deep_header_larger_than_file(deep):

@@ -103,27 +103,62 @@ def test_frame_cache_retries_damaged_frame_only_after_change(shot):
     assert reads == ["shot.1003.exr"] * 2
 
 
-@pytest.mark.parametrize("is_pattern", [True, False])
-def test_frame_cache_rereads_frame_if_its_depth_file_changes(tmp_path, is_pattern):
-    """A missing depth file that appears is read too; frames with an unchanged file are kept."""
+def cache_with_depth_files(folder, depth_name, news):
+    """Write three frames with a depth file each and return a cache that reads `depth_name`."""
     for frame in (1, 2, 3):
-        write_file(tmp_path / f"rgb.{frame:04}.exr", rgb())
-        write_file(tmp_path / f"depth.{frame:04}.exr", {"Z": distances()})
-    depth = tmp_path / ("depth.####.exr" if is_pattern else "depth.0002.exr")
-    options = PlateOptions(depth_source=str(depth), depth_convention=DepthConvention.DISTANCE)
-    (tmp_path / "depth.0003.exr").rename(tmp_path / "kept.exr")
-    sequence, news = find_sequence(tmp_path / "rgb.####.exr"), ReadyEvent()
-    read, files_of = SequenceReader(options), PlateFiles((str(depth),))
-    with FrameCache(sequence, read, 10**6, 2, news, files_of=files_of) as cache:
-        first, second = cache.read_and_wait(1, 1, 0), cache.read_and_wait(2, 1, 0)
-        assert isinstance(cache.read_and_wait(3, 1, 0), Damaged) is is_pattern
-        write_file(tmp_path / "depth.0002.exr", {"Z": 3 * distances()})
-        os.utime(tmp_path / "depth.0002.exr", ns=(1, 1))
-        (tmp_path / "kept.exr").rename(tmp_path / "depth.0003.exr")
+        write_file(folder / f"rgb.{frame:04}.exr", rgb())
+        write_file(folder / f"depth.{frame:04}.exr", {"Z": distances()})
+    depth = str(folder / depth_name)
+    options = PlateOptions(depth_source=depth, depth_convention=DepthConvention.DISTANCE)
+    return FrameCache(
+        find_sequence(folder / "rgb.####.exr"),
+        SequenceReader(options),
+        10**6,
+        2,
+        news,
+        files_of=PlateFiles((depth,)),
+    )
+
+
+def read_frame(cache, frame):
+    """Return the frame's plate or its damage, without reading ahead."""
+    return cache.read_and_wait(frame, window=0)
+
+
+def change_depth_of_frame_2(folder):
+    path = folder / "depth.0002.exr"
+    write_file(path, {"Z": 3 * distances()})
+    os.utime(path, ns=(1, 1))
+
+
+def test_frame_cache_rereads_only_the_frame_whose_depth_file_changes(tmp_path):
+    news = ReadyEvent()
+    with cache_with_depth_files(tmp_path, "depth.####.exr", news) as cache:
+        first, second = read_frame(cache, 1), read_frame(cache, 2)
+        change_depth_of_frame_2(tmp_path)
         refresh_until(cache, news, lambda: cache.get(2) is not second)
-        np.testing.assert_allclose(cache.read_and_wait(2, 1, 0).depth_m, 3 * second.depth_m)
-        assert (cache.get(1) is first) is is_pattern
-        assert not isinstance(cache.read_and_wait(3, 1, 0), Damaged)
+        np.testing.assert_allclose(read_frame(cache, 2).depth_m, 3 * second.depth_m)
+        assert cache.get(1) is first
+
+
+def test_frame_cache_reads_missing_depth_file_when_it_appears(tmp_path):
+    news, path = ReadyEvent(), tmp_path / "depth.0003.exr"
+    with cache_with_depth_files(tmp_path, "depth.####.exr", news) as cache:
+        path.rename(tmp_path / "removed.exr")
+        assert isinstance(read_frame(cache, 3), Damaged)
+        (tmp_path / "removed.exr").rename(path)
+        refresh_until(cache, news, lambda: not isinstance(cache.get(3), Damaged))
+        assert not isinstance(read_frame(cache, 3), Damaged)
+
+
+def test_frame_cache_rereads_every_frame_if_their_shared_depth_file_changes(tmp_path):
+    news = ReadyEvent()
+    with cache_with_depth_files(tmp_path, "depth.0002.exr", news) as cache:
+        plates = [read_frame(cache, frame) for frame in (1, 2)]
+        change_depth_of_frame_2(tmp_path)
+        refresh_until(cache, news, lambda: cache.get(2) is not plates[1])
+        for frame, before in zip((1, 2), plates, strict=True):
+            np.testing.assert_allclose(read_frame(cache, frame).depth_m, 3 * before.depth_m)
 
 
 def test_frame_cache_marks_file_removed_during_read_as_missing(shot):

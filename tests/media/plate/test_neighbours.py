@@ -165,15 +165,17 @@ def test_with_neighbours_fades_point_seen_only_by_distant_frame():
 
 @given(st.lists(st.tuples(st.floats(0, 5), st.floats(0.1, 1)), min_size=1, max_size=6))
 def test_middle_half_ignores_outliers_and_tiny_weights(samples):
-    light, weights = np.array(samples, np.float32).T[:, :, None]
+    light, weights = np.array(samples, np.float32).T[:, :, None]  # each (samples, 1)
     colors = np.repeat(light[..., None], 4, 2)
     middle = mean_of_middle_half(colors, weights)[0, 0]
     assert light.min() - 1e-4 <= middle <= light.max() + 1e-4
-    more = np.concatenate([colors, np.full((1, 1, 4), 1e4, np.float32)])
-    outlier = np.concatenate([weights, weights.sum(0, keepdims=True) / 4])
-    assert mean_of_middle_half(more, outlier)[0, 0] <= light.max() + 1e-3
-    nothing = np.concatenate([weights, np.full((1, 1), 1e-6, np.float32)])
-    assert mean_of_middle_half(more, nothing)[0, 0] == pytest.approx(middle, rel=1e-3, abs=1e-3)
+    with_outlier = np.concatenate([colors, np.full((1, 1, 4), 1e4, np.float32)])
+    # A fifth of all weight is less than the brightest quarter, which is left out.
+    fifth = np.concatenate([weights, weights.sum(0, keepdims=True) / 4])
+    assert mean_of_middle_half(with_outlier, fifth)[0, 0] <= light.max() + 1e-3
+    tiny = np.concatenate([weights, np.full((1, 1), 1e-6, np.float32)])
+    mean = mean_of_middle_half(with_outlier, tiny)[0, 0]
+    assert mean == pytest.approx(middle, rel=1e-3, abs=1e-3)
 
 
 def test_with_neighbours_finds_sky_behind_card():

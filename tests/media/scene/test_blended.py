@@ -13,7 +13,7 @@ from heatlens.render.gpu.textures import download, new_texture
 from heatlens.render.scene_gpu.antialias import Antialias
 from heatlens.render.scene_gpu.raster import SceneRaster
 from heatlens.render.scene_gpu.ray_tracer import RayTracer
-from support.scenes import BLACK, NIGHT, lamp, placement, plane, scene_of
+from support.scenes import BLACK, NIGHT, even_sky, lamp, placement, plane, scene_of
 
 VIEW = SceneView(np.eye(4), (12, 8), 10.0, np.inf, 0.1, 100.0)
 RED, GREEN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
@@ -30,20 +30,23 @@ def panes_before_wall(*alphas, **more):
 
 
 @pytest.fixture(scope="module")
-def both(session_context):
-    """Return how the rasteriser and the rays see a scene: means of 64 samples a pixel."""
+def render_both(session_context):
+    """Return a function that renders a scene by rasteriser and by rays, 64 samples a pixel."""
     ctx = session_context
     raster = SceneRaster(ctx)
     antialias, rays = Antialias(ctx, raster), RayTracer(ctx, raster)
     crop = CropPass(ctx)
 
-    def many_samples(out):
+    def raster_steps(out):
         yield from antialias.steps(VIEW, 8, 1, object())
         crop.run(antialias.picture(VIEW.size).mean, (0, 0), out)
 
+    def ray_steps(out):
+        return rays.steps(VIEW, PINHOLE, 64, out, object())
+
     def pictures(scene):
         found = []
-        for method in (many_samples, lambda out: rays.steps(VIEW, PINHOLE, 64, out, object())):
+        for method in (raster_steps, ray_steps):
             raster.load(scene)
             raster.place(1)
             out = new_texture(ctx, VIEW.size, 4)
@@ -54,15 +57,15 @@ def both(session_context):
         return found
 
     yield pictures
-    for held in (crop, rays, antialias, raster):
-        held.release()
+    for resource in (crop, rays, antialias, raster):
+        resource.release()
 
 
 @pytest.mark.parametrize("alphas", [(0.3,), (0.5, 0.5), (0.9, 0.2), (0.0,), (1.0,)])
-def test_blended_panes_multiply_their_transparencies(both, alphas):
+def test_blended_panes_multiply_their_transparencies(render_both, alphas):
     green = np.prod(1 - np.array(alphas))
     expected = (1 - green, green, 0.0)
-    drawn, traced = both(panes_before_wall(*alphas))
+    drawn, traced = render_both(panes_before_wall(*alphas))
     np.testing.assert_allclose(drawn.mean(axis=(0, 1)), expected, atol=0.02)
     np.testing.assert_allclose(traced.mean(axis=(0, 1)), expected, atol=0.03)
     # The samples of a pixel are spread, so that 64 of them are as good as thousands at random.
@@ -81,14 +84,16 @@ def test_raster_depth_is_that_of_surface_covering_half(ctx):
     depth.release()
 
 
-def test_unlit_surface_has_its_color_under_any_light(both):
-    unlit = Material(base_color=(0.3, 0.5, 0.7), is_lit=False)
-    scene = scene_of([plane(20.0)], [(0, placement(z=-2.0))], [unlit])
-    for picture in both(scene):
-        np.testing.assert_allclose(picture, np.broadcast_to((0.3, 0.5, 0.7), picture.shape), 1e-5)
+def test_unlit_surface_ignores_the_light(render_both):
+    color = (0.3, 0.5, 0.7)
+    unlit = Material(base_color=color, is_lit=False)
+    for daylight in (NIGHT, even_sky()):
+        scene = scene_of([plane(20.0)], [(0, placement(z=-2.0))], [unlit], daylight=daylight)
+        for picture in render_both(scene):
+            np.testing.assert_allclose(picture, np.broadcast_to(color, picture.shape), 1e-5)
 
 
-def test_maps_use_their_own_uv_placement(both):
+def test_maps_use_their_own_uv_placement(render_both):
     """The left half of the map is red and the right half is green."""
     image = np.zeros((1, 2, 4), np.uint8)
     image[0, 0], image[0, 1] = (255, 0, 0, 255), (0, 255, 0, 255)
@@ -103,5 +108,5 @@ def test_maps_use_their_own_uv_placement(both):
         places = (MapPlace(), MapPlace(), chosen, MapPlace(), MapPlace())
         shining = Material("", BLACK, emission=(1.0, 1.0, 1.0), emission_map=0, map_places=places)
         scene = scene_of([sheet], ahead, [shining], images=(image,), daylight=NIGHT)
-        for picture in both(scene):
+        for picture in render_both(scene):
             np.testing.assert_allclose(picture[4, 6], expected, atol=1e-5)

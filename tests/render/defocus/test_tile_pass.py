@@ -22,7 +22,7 @@ from heatlens.render.defocus.tile_mask import (
     visibility_bytes,
     visibility_words,
 )
-from heatlens.render.defocus.tile_pass import TilePass, VisibleBitsPass
+from heatlens.render.defocus.tile_pass import LayerTiles, TilePass, VisibleBitsPass
 from heatlens.render.gpu.program import groups_for
 from heatlens.render.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE
 from heatlens.render.gpu.textures import BufferParts, download, new_texture, upload
@@ -30,9 +30,12 @@ from support.fragment_lists import packed_lists
 from support.layers import ladder_of
 from support.plates import lens_blurring, plate_of, room
 
+# Tiles (down, across) of `room_behind_wall`, 480 px wide.
+IN_WINDOW, FAR_LEFT, FAR_RIGHT = np.s_[4:8, 14:16], np.s_[:9], np.s_[20:]
+
 
 def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, float], int]]:
-    """Return for each layer its mask (tiles down, across), its ends in px, its reduction."""
+    """Return the mask (tiles down, across), coc range in px and reduction of each layer."""
     size = coc.shape[::-1]
     picture = Fragments(
         *(new_texture(ctx, size, channels) for channels in (4, 1)),
@@ -69,12 +72,12 @@ def test_active_tiles_contain_every_pixel_of_layer(ctx, rng):
 
 def test_active_tiles_are_the_same_on_gpu_and_software(ctx, rng, monkeypatch):
     coc = np.repeat(np.repeat(rng.choice([-90.0, -6.0, 0.0, 25.0], (13, 21)), 16, 0), 16, 1)
-    one_by_one = active_tiles(ctx, coc[:200, :331])
+    software_layers = active_tiles(ctx, coc[:200, :331])
     monkeypatch.setattr("heatlens.render.defocus.tile_pass.is_software", lambda _: False)
-    at_once = active_tiles(ctx, coc[:200, :331])
-    for (mask, *layer), (other, *same) in zip(one_by_one, at_once, strict=True):
-        np.testing.assert_array_equal(mask, other)
-        assert layer == same
+    gpu_layers = active_tiles(ctx, coc[:200, :331])
+    for (mask, *plan), (gpu_mask, *gpu_plan) in zip(software_layers, gpu_layers, strict=True):
+        np.testing.assert_array_equal(mask, gpu_mask)
+        assert plan == gpu_plan
 
 
 def test_active_tiles_leave_out_tiles_far_from_layer(ctx):
@@ -92,9 +95,9 @@ def test_active_tiles_of_blurred_point_are_within_its_reach(ctx):
     coc = np.zeros((512, 512))
     coc[256, 256] = -20.0
     (near,) = (mask for mask, (_, high), _ in active_tiles(ctx, coc) if high < 0)
-    y, x = np.nonzero(near)
-    away_px = TILE * np.hypot(np.maximum(np.abs(y - 16) - 1, 0), np.maximum(np.abs(x - 16) - 1, 0))
-    assert near[15:18, 15:18].all() and away_px.max() <= 2 * 20.0
+    assert near[15:18, 15:18].all()
+    tiles_between = [np.maximum(np.abs(tiles - 16) - 1, 0) for tiles in np.nonzero(near)]
+    assert (TILE * np.hypot(*tiles_between)).max() <= 2 * 20.0
 
 
 @pytest.mark.parametrize(
@@ -114,6 +117,25 @@ def test_active_tiles_only_give_same_picture_as_all_tiles(
     assert difference.max() < 4 / 255 and difference.mean() < 1e-4
 
 
+def record_active_tiles(monkeypatch) -> list[list[LayerTiles]]:
+    """Return a list to which every call of `TilePass.find_active` adds its result."""
+    results, find = [], TilePass.find_active
+
+    def find_and_record(*arguments):
+        results.append(find(*arguments))
+        return results[-1]
+
+    monkeypatch.setattr(TilePass, "find_active", find_and_record)
+    return results
+
+
+def farthest_mask(layers: list[LayerTiles]) -> np.ndarray:
+    """Return which tiles (down, across) of the farthest layer are active."""
+    across, down = layers[0].mask.tiles
+    words = np.frombuffer(layers[0].mask.words.read()[: 4 * across * down], np.uint32)
+    return (words != 0).reshape(down, across)
+
+
 def test_hidden_surface_is_active_only_where_uncovered(ctx, renderer, monkeypatch):
     """Put a known wall behind a near one, which covers all of it but a gap at the right."""
     width, height = 480, 200
@@ -126,20 +148,13 @@ def test_hidden_surface_is_active_only_where_uncovered(ctx, renderer, monkeypatc
         one, 0 * one == 1, behind.reshape(-1, 4), np.full(one.shape, 8.0, np.float32)
     )
     renderer.load(replace(plate_of(color, depth), fragments=lists))
-    found, active = [], []
-    find = TilePass.find_active
-    monkeypatch.setattr(
-        TilePass, "find_active", lambda it, *a: found.append(find(it, *a)) or found[-1]
-    )
-    pictures = []
-    for spread in (1.0, 1e4):
+    recorded, columns, pictures = record_active_tiles(monkeypatch), [], []
+    for spread in (1.0, 1e4):  # with 1e4 every tile is within reach
         for module in ("tile_pass", "layer_plan"):
             monkeypatch.setattr(f"heatlens.render.defocus.{module}.SPREAD", spread)
         pictures.append(renderer.pixels(Shot(Lens(50.0, 1.4, 2.0, 36.0), DefocusSettings())))
-        across, down = found[-1][0].mask.tiles
-        words = np.frombuffer(found[-1][0].mask.words.read()[: 4 * across * down], np.uint32)
-        active.append((words != 0).reshape(down, across).any(axis=0))
-    assert active[1].all() and not active[0][: active[0].size // 2].any()
+        columns.append(farthest_mask(recorded[-1]).any(axis=0))
+    assert columns[1].all() and not columns[0][: columns[0].size // 2].any()
     difference = np.abs(np.clip(pictures[0], 0, 1) - np.clip(pictures[1], 0, 1))
     assert difference.max() < 4 / 255 and difference.mean() < 1e-4
 
@@ -147,7 +162,7 @@ def test_hidden_surface_is_active_only_where_uncovered(ctx, renderer, monkeypatc
 def room_behind_wall(width: int, height: int, has_window: bool) -> Plate:
     """Return a plate of a near thing at the left and a wall, behind which a room is known.
 
-    The wall goes on behind the near thing, beside whose edge it may have a hidden window.
+    The wall continues behind the near thing and may have a window there, hidden by its edge.
     """
     near_m, wall_m, room_m = 1.0, 2.5, 100.0
     y, x = np.mgrid[:height, :width]
@@ -165,24 +180,20 @@ def room_behind_wall(width: int, height: int, has_window: bool) -> Plate:
 def test_room_behind_known_wall_is_active_only_at_window(ctx, renderer, monkeypatch, has_window):
     """Check that the near thing's blurred edge uncovers the room only at a window of the wall."""
     renderer.load(room_behind_wall(480, 200, has_window))
-    found, active, pictures, cuts_px = [], [], [], tile_pass._cuts_px
-    find = TilePass.find_active
-    monkeypatch.setattr(
-        TilePass, "find_active", lambda it, *a: found.append(find(it, *a)) or found[-1]
-    )
-    for closes in (True, False):
-        if not closes:  # no surface covers a layer in full
-            opened = lambda cuts: tuple((a, -1e30, c, d) for a, _, c, d in cuts_px(cuts))  # noqa: E731
-            monkeypatch.setattr(tile_pass, "_cuts_px", opened)
-        pictures.append(renderer.pixels(Shot(Lens(50.0, 0.7, 2.0, 36.0), DefocusSettings())))
-        across, down = found[-1][0].mask.tiles
-        words = np.frombuffer(found[-1][0].mask.words.read()[: 4 * across * down], np.uint32)
-        active.append((words != 0).reshape(down, across))
-    assert active[1].all() and active[0].any() == has_window
-    assert not active[0][:, 20:].any() and not active[0][:, :9].any()
-    assert np.abs(pictures[0] - pictures[1]).max() < 1e-3
-    if has_window:
-        assert active[0][4:8, 14:16].all()
+    shot = Shot(Lens(50.0, 0.7, 2.0, 36.0), DefocusSettings())
+    recorded, cuts_px = record_active_tiles(monkeypatch), tile_pass._cuts_px
+    picture = renderer.pixels(shot)
+    room_tiles = farthest_mask(recorded[-1])
+    assert room_tiles.any() == has_window
+    assert not room_tiles[:, FAR_RIGHT].any() and not room_tiles[:, FAR_LEFT].any()
+    assert room_tiles[IN_WINDOW].all() == has_window
+
+    def cuts_without_cover(layers):  # no surface covers a layer in full
+        return tuple((first, -1e30, third, last) for first, _, third, last in cuts_px(layers))
+
+    monkeypatch.setattr(tile_pass, "_cuts_px", cuts_without_cover)
+    assert np.abs(renderer.pixels(shot) - picture).max() < 1e-3
+    assert farthest_mask(recorded[-1]).all()
 
 
 def test_plate_in_focus_is_unchanged_bit_for_bit(ctx, renderer):
@@ -192,24 +203,26 @@ def test_plate_in_focus_is_unchanged_bit_for_bit(ctx, renderer):
     assert np.array_equal(picture[..., :3], color)
 
 
-def visible_pixels(bits: np.ndarray, k: int, size: tuple[int, int]) -> np.ndarray:
-    """Return which pixels are visible by the masks of one of the four directions."""
+def visible_pixels(bits: np.ndarray, direction: int, size: tuple[int, int]) -> np.ndarray:
+    """Return which pixels (H, W) are visible: rows, columns or diagonals of bits in words."""
     width, height = size
     words = visibility_words(size)
-    per_line = groups_for(width if k == 0 else height, 32)
+    words_per_line = groups_for(width if direction == 0 else height, 32)
     y, x = np.mgrid[:height, :width]
-    line, position = ((y, x), (x, y), (x - y + height, y), (x + y, y))[k]
-    word = bits[sum(words[:k]) + line * per_line + position // 32]
+    line, position = ((y, x), (x, y), (x - y + height, y), (x + y, y))[direction]
+    word = bits[sum(words[:direction]) + line * words_per_line + position // 32]
     return (word >> (position % 32) & 1).astype(bool)
 
 
 def test_visible_bits_mark_active_tiles_in_every_direction(ctx, rng):
     sizes = [(331, 77), (45, 150), (16, 16)]
     tiles = [rng.random(tile_count(size)[::-1]) < 0.5 for size in sizes]
-    need, room_for = (max(map(f, sizes)) for f in (TileMask.bytes_for, visibility_bytes))
     masks, bits = (
-        BufferParts(ctx.buffer(b"\xa5" * (3 * each)), each)
-        for each in map(BufferParts.bytes_for, (need, room_for))
+        BufferParts(ctx.buffer(b"\xa5" * (3 * part_bytes)), part_bytes)  # not empty before
+        for part_bytes in (
+            BufferParts.bytes_for(max(map(byte_count, sizes)))
+            for byte_count in (TileMask.bytes_for, visibility_bytes)
+        )
     )
     for layer, active in enumerate(tiles):
         masks.whole.write(active.astype(np.uint32).tobytes(), offset=masks[layer].first)
@@ -217,8 +230,8 @@ def test_visible_bits_mark_active_tiles_in_every_direction(ctx, rng):
     for layer, (size, active) in enumerate(zip(sizes, tiles, strict=True)):
         words = np.frombuffer(bits[layer].read(), np.uint32)[: visibility_bytes(size) // 4]
         expected = np.kron(active, np.ones((TILE, TILE)))[: size[1], : size[0]] != 0
-        for k in range(HIDDEN_DIRECTIONS):
-            np.testing.assert_array_equal(visible_pixels(words, k, size), expected)
+        for direction in range(HIDDEN_DIRECTIONS):
+            np.testing.assert_array_equal(visible_pixels(words, direction, size), expected)
         counted = np.unpackbits(words.view(np.uint8)).sum()
         assert counted == HIDDEN_DIRECTIONS * expected.sum()  # none beyond the edge
 

@@ -48,12 +48,18 @@ class FakeRenderer:
 
 def test_scene_source_has_frames_of_shot_or_of_its_animation(path):
     source = source_named(str(path), timing=SceneTiming(frames_per_second=24.0))
-    assert source.frames == FrameRange(1, 25)
-    played = Shot(LENS, frames=FrameRange(3, 5))
+    assert source.frames == FrameRange(1, 25)  # the animation lasts a second
+    shot_with_frames = Shot(LENS, frames=FrameRange(3, 5))
     assert source.frames_of(Shot(LENS)) == tuple(source.frames)
-    assert source.frames_of(played) == (3, 4, 5)
-    assert source.span(played) == FrameRange(3, 5) and source.span(Shot(LENS)) == source.frames
-    assert source.first_file is None and source.has_many_views and source.files == path
+    assert source.frames_of(shot_with_frames) == (3, 4, 5)
+    assert source.span(shot_with_frames) == FrameRange(3, 5)
+    assert source.span(Shot(LENS)) == source.frames
+
+
+def test_scene_source_is_one_file_with_many_views(path):
+    source = source_named(str(path))
+    assert source.first_file is None  # of a sequence
+    assert source.has_many_views and source.files == path
 
 
 def test_scene_source_without_animation_has_one_frame(path, monkeypatch):
