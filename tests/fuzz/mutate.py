@@ -21,84 +21,84 @@ _WORDS = tuple(
 )
 
 
-def mutated(data: bytes, chance: random.Random) -> bytes:
+def mutated(data: bytes, rng: random.Random) -> bytes:
     """Return `data` with one to four kinds of damage."""
-    for _ in range(chance.choice((1, 1, 1, 2, 3, 4))):
-        data = chance.choice(_KINDS)(data, chance)
+    for _ in range(rng.choice((1, 1, 1, 2, 3, 4))):
+        data = rng.choice(_KINDS)(data, rng)
     return data
 
 
-def _flip_bit(data: bytes, chance: random.Random) -> bytes:
-    offset = _random_offset(data, chance)
-    flipped = bytes(value ^ (1 << chance.randrange(8)) for value in data[offset : offset + 1])
+def _flip_bit(data: bytes, rng: random.Random) -> bytes:
+    offset = _random_offset(data, rng)
+    flipped = bytes(value ^ (1 << rng.randrange(8)) for value in data[offset : offset + 1])
     return data[:offset] + flipped + data[offset + 1 :]
 
 
-def _replace_byte(data: bytes, chance: random.Random) -> bytes:
-    offset = _random_offset(data, chance)
-    return data[:offset] + bytes([chance.randrange(256)]) + data[offset + 1 :]
+def _replace_byte(data: bytes, rng: random.Random) -> bytes:
+    offset = _random_offset(data, rng)
+    return data[:offset] + bytes([rng.randrange(256)]) + data[offset + 1 :]
 
 
-def _replace_word(data: bytes, chance: random.Random) -> bytes:
-    offset = _random_offset(data, chance)
-    return data[:offset] + chance.choice(_WORDS) + data[offset + 4 :]
+def _replace_word(data: bytes, rng: random.Random) -> bytes:
+    offset = _random_offset(data, rng)
+    return data[:offset] + rng.choice(_WORDS) + data[offset + 4 :]
 
 
-def _truncate(data: bytes, chance: random.Random) -> bytes:
-    return data[: _random_offset(data, chance)]
+def _truncate(data: bytes, rng: random.Random) -> bytes:
+    return data[: _random_offset(data, rng)]
 
 
-def _delete_bytes(data: bytes, chance: random.Random) -> bytes:
-    offset = _random_offset(data, chance)
-    return data[:offset] + data[offset + chance.choice((1, 1, 2, 4, 16, 100)) :]
+def _delete_bytes(data: bytes, rng: random.Random) -> bytes:
+    offset = _random_offset(data, rng)
+    return data[:offset] + data[offset + rng.choice((1, 1, 2, 4, 16, 100)) :]
 
 
-def _repeat_bytes(data: bytes, chance: random.Random) -> bytes:
-    offset, length = _random_offset(data, chance), chance.choice((1, 4, 16, 100, 400))
+def _repeat_bytes(data: bytes, rng: random.Random) -> bytes:
+    offset, length = _random_offset(data, rng), rng.choice((1, 4, 16, 100, 400))
     return data[:offset] + data[offset : offset + length] + data[offset:]
 
 
-def _replace_number(data: bytes, chance: random.Random) -> bytes:
+def _replace_number(data: bytes, rng: random.Random) -> bytes:
     """Replace a number in a text by an extreme number or by other text."""
     matches = list(_NUMBER.finditer(data))
     if not matches:
-        return _replace_word(data, chance)
-    match = chance.choice(matches)
-    return data[: match.start()] + chance.choice(_EXTREMES) + data[match.end() :]
+        return _replace_word(data, rng)
+    match = rng.choice(matches)
+    return data[: match.start()] + rng.choice(_EXTREMES) + data[match.end() :]
 
 
-def _replace_padding(data: bytes, chance: random.Random) -> bytes:
+def _replace_padding(data: bytes, rng: random.Random) -> bytes:
     """Replace the padding of a frame number in a file name by one of 0 to billions of digits."""
     matches = list(_PADDING.finditer(data))
     if not matches:
-        return _replace_number(data, chance)
-    match = chance.choice(matches)
-    digits = chance.choice((0, 1, 9, 20, 21, 2**31, 4 * 10**9, 10**30))
+        return _replace_number(data, rng)
+    match = rng.choice(matches)
+    digits = rng.choice((0, 1, 9, 20, 21, 2**31, 4 * 10**9, 10**30))
     return data[: match.start()] + b"%%%dd" % digits + data[match.end() :]
 
 
-def _replace_attribute_type(data: bytes, chance: random.Random) -> bytes:
+def _replace_attribute_type(data: bytes, rng: random.Random) -> bytes:
     """Replace the type of an EXR header attribute by random bytes, which need not be UTF-8."""
     matches = list(_TYPE.finditer(data))
     if not matches:
-        return _replace_byte(data, chance)
-    match = chance.choice(matches)
-    return data[: match.start()] + chance.randbytes(len(match[0])) + data[match.end() :]
+        return _replace_byte(data, rng)
+    match = rng.choice(matches)
+    return data[: match.start()] + rng.randbytes(len(match[0])) + data[match.end() :]
 
 
-def _damage_line(data: bytes, chance: random.Random) -> bytes:
+def _damage_line(data: bytes, rng: random.Random) -> bytes:
     """Remove a line, truncate it, or replace it by another line."""
     lines = data.split(b"\n")
-    index, other_index = chance.randrange(len(lines)), chance.randrange(len(lines))
-    cut_line = lines[index][: chance.randrange(len(lines[index]) + 1)]
-    lines[index] = chance.choice((b"", cut_line, lines[other_index]))
+    index, other_index = rng.randrange(len(lines)), rng.randrange(len(lines))
+    cut_line = lines[index][: rng.randrange(len(lines[index]) + 1)]
+    lines[index] = rng.choice((b"", cut_line, lines[other_index]))
     return b"\n".join(lines)
 
 
-def _random_offset(data: bytes, chance: random.Random) -> int:
+def _random_offset(data: bytes, rng: random.Random) -> int:
     """Return a random offset into `data`, often near the beginning, where headers are."""
     most = max(len(data) - 1, 0)
-    return chance.randint(0, min(most, 600) if chance.random() < 0.6 else most)
+    return rng.randint(0, min(most, 600) if rng.random() < 0.6 else most)
 
 
 _KINDS = (

@@ -32,10 +32,10 @@ def datagrams(folder: Path) -> list[Path]:
 
 def received_values(path: Path) -> Iterable[np.ndarray]:
     """Take a datagram as the receiver does. Check that it is counted, and return its values."""
-    hearing = SampleCollector(OscDecoder())
-    hearing.accept_datagram(path.read_bytes(), ("stranger", 1))
-    assert hearing.accepted + hearing.refused == 1, "a datagram is not counted"
-    sample = hearing.sources.source_state().sample
+    collector = SampleCollector(OscDecoder())
+    collector.accept_datagram(path.read_bytes(), ("stranger", 1))
+    assert collector.accepted + collector.refused == 1, "a datagram is not counted"
+    sample = collector.sources.source_state().sample
     if sample is None:
-        raise HeatlensError(str(hearing.fault))
+        raise HeatlensError(str(collector.fault))
     return [np.array(list(sample.channels.values()))]

@@ -40,39 +40,39 @@ _CHANGED = {"lens": Lens, "blur": DefocusSettings, "view": ViewState}
 
 def messages(count: int, seed: int) -> Iterator[dict[str, object]]:
     """Yield parsed random messages, most of which make sense."""
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     remote = {it.name for it in named_commands(MagicMock()) if it.is_remote}
     names = sorted(remote - _SLOW)
     for _ in range(count):
-        kind = chance.random()
+        kind = rng.random()
         if kind < 0.3:
-            yield {"do": chance.choice(names)}
+            yield {"do": rng.choice(names)}
             continue
         try:
-            random_message = _request(chance) if kind < 0.6 else _change(chance)
+            random_message = _request(rng) if kind < 0.6 else _change(rng)
             yield parsed(json.dumps(random_message))
         except InputError:
             continue
 
 
-def _value(chance: random.Random) -> object:
-    kind = chance.random()
+def _value(rng: random.Random) -> object:
+    kind = rng.random()
     if kind < 0.5:
-        return chance.choice(_EDGES)
-    return chance.uniform(-50, 50) if kind < 0.8 else chance.choice(_ODD)
+        return rng.choice(_EDGES)
+    return rng.uniform(-50, 50) if kind < 0.8 else rng.choice(_ODD)
 
 
-def _request(chance: random.Random) -> dict[str, object]:
-    name = chance.choice(sorted(REQUESTS.keys() - {"Open", "Save"}))
+def _request(rng: random.Random) -> dict[str, object]:
+    name = rng.choice(sorted(REQUESTS.keys() - {"Open", "Save"}))
     field_names = [it.name for it in fields(REQUESTS[name])]
-    return {"do": name} | {it: _value(chance) for it in field_names if chance.random() < 0.9}
+    return {"do": name} | {it: _value(rng) for it in field_names if rng.random() < 0.9}
 
 
-def _change(chance: random.Random) -> dict[str, object]:
-    record_name = chance.choice(sorted(_CHANGED))
+def _change(rng: random.Random) -> dict[str, object]:
+    record_name = rng.choice(sorted(_CHANGED))
     all_field_names = sorted(get_type_hints(_CHANGED[record_name]))
-    field_names = REMOTE_FIELDS[record_name] if chance.random() < 0.9 else all_field_names
-    return {"change": record_name} | {chance.choice(field_names): _value(chance) for _ in range(2)}
+    field_names = REMOTE_FIELDS[record_name] if rng.random() < 0.9 else all_field_names
+    return {"change": record_name} | {rng.choice(field_names): _value(rng) for _ in range(2)}
 
 
 class PageSession:

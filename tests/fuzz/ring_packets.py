@@ -56,20 +56,20 @@ def received_values(path: Path) -> Iterable[np.ndarray]:
     Every datagram is taken or refused; a refused one changes nothing; every value that is
     taken could be one of a lens.
     """
-    hearing = SampleCollector(OpenTrackIODecoder())
-    hearing.sources.add_sample(_EARLIER_SAMPLE)
+    collector = SampleCollector(OpenTrackIODecoder())
+    collector.sources.add_sample(_EARLIER_SAMPLE)
     datagrams = list(_split_datagrams(path.read_bytes()))
     for number, datagram in enumerate(datagrams):
-        state_before = (hearing.sources.version, hearing.sources.source_state().sample)
-        refused_before = hearing.refused
-        hearing.accept_datagram(datagram, ("stranger", 1))
-        assert hearing.accepted + hearing.refused == number + 1, "a datagram is not counted"
-        if hearing.refused > refused_before:
-            state_after = (hearing.sources.version, hearing.sources.source_state().sample)
+        state_before = (collector.sources.version, collector.sources.source_state().sample)
+        refused_before = collector.refused
+        collector.accept_datagram(datagram, ("stranger", 1))
+        assert collector.accepted + collector.refused == number + 1, "a datagram is not counted"
+        if collector.refused > refused_before:
+            state_after = (collector.sources.version, collector.sources.source_state().sample)
             assert state_after == state_before, "a datagram that was refused has changed something"
-    values = list(_sample_values(hearing))
-    if hearing.refused:
-        raise HeatlensError(str(hearing.fault))
+    values = list(_sample_values(collector))
+    if collector.refused:
+        raise HeatlensError(str(collector.fault))
     return values
 
 
@@ -95,9 +95,9 @@ def _with_checksum(datagram: bytes) -> bytes:
     return head + struct.pack("!H", fletcher16(head + payload)) + payload
 
 
-def _sample_values(hearing: SampleCollector) -> Iterator[np.ndarray]:
-    for name in hearing.sources.source_state().sources:
-        sample = hearing.sources.source_state(name).sample
+def _sample_values(collector: SampleCollector) -> Iterator[np.ndarray]:
+    for name in collector.sources.source_state().sources:
+        sample = collector.sources.source_state(name).sample
         assert isinstance(sample, LensSample)
         offset_mm = sample.pupil_offset_mm or 0.0  # which may lie behind the film plane
         assert abs(offset_mm) <= 2000.0
@@ -109,11 +109,11 @@ def _sample_values(hearing: SampleCollector) -> Iterator[np.ndarray]:
 
 def hostile_datagrams(count: int, seed: int) -> Iterator[bytes]:
     """Yield datagrams that are no samples: damaged, cut, random, and of other protocols."""
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     good = _datagrams(RECOMMENDED, Encoding.JSON, 1)
     while count:
-        noise = chance.randbytes(chance.randrange(200))
-        datagram = chance.choice((mutated(good, chance), noise, IDENTIFIER + noise))[:60_000]
+        noise = rng.randbytes(rng.randrange(200))
+        datagram = rng.choice((mutated(good, rng), noise, IDENTIFIER + noise))[:60_000]
         try:
             parse_segment(datagram)
         except RingPacketError:

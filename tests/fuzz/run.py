@@ -147,10 +147,10 @@ class Mutants:
         """Return the path of the file that mutant `number` damages, and its damaged bytes."""
         from mutate import mutated
 
-        chance = random.Random(f"{self._name} {self._seed} {number}")
-        path = chance.choice(self._paths)
-        data = mutated(self._whole_files[path], chance)
-        if self._form.seal and chance.random() < 0.5:
+        rng = random.Random(f"{self._name} {self._seed} {number}")
+        path = rng.choice(self._paths)
+        data = mutated(self._whole_files[path], rng)
+        if self._form.seal and rng.random() < 0.5:
             data = self._form.seal(data)
         return path, data
 

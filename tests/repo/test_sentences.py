@@ -77,8 +77,11 @@ def test_info_of_truncated_exr_says_pixels_cannot_be_read(capsys, tmp_path):
 
 
 def test_write_error_names_output_and_not_temporary_file(tmp_path):
-    with pytest.raises(InputError) as error, replace_atomically(tmp_path / "o.exr") as beside:
-        raise RuntimeError(f"Cannot write {beside}: disk on fire")
+    with (
+        pytest.raises(InputError) as error,
+        replace_atomically(tmp_path / "o.exr") as temporary_path,
+    ):
+        raise RuntimeError(f"Cannot write {temporary_path}: disk on fire")
     assert str(error.value).count("o.exr") == 2
     assert ".part" not in str(error.value) and str(error.value).endswith("disk on fire.")
     with (

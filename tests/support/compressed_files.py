@@ -36,8 +36,8 @@ def draco_square(data=None, has_plain_data=False):
         if part["attribute_type"] == kind
     }
     writer = GltfWriter()
-    named = {"NORMAL": UP.astype(np.float32), "TEXCOORD_0": SQUARE_UVS}
-    mesh = writer.mesh(SQUARE, SQUARE_CORNERS, named)
+    attributes = {"NORMAL": UP.astype(np.float32), "TEXCOORD_0": SQUARE_UVS}
+    mesh = writer.mesh(SQUARE, SQUARE_CORNERS, attributes)
     if not has_plain_data:
         for accessor in writer.json["accessors"]:
             del accessor["bufferView"]

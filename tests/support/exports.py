@@ -29,8 +29,8 @@ QUICK = DefocusSettings(Bokeh.HEAT, Quality.DRAFT)
 def write_plate(path: Path, turn: int = 0, size: tuple[int, int] = (WIDTH, HEIGHT), **header: Any):
     """Write a plate of the room, rolled by `turn` pixels to the right."""
     color, depth = (np.roll(values, turn, axis=1) for values in room(*size))
-    named = {n: np.ascontiguousarray(color[..., i], np.float16) for i, n in enumerate("RGB")}
-    return write_file(path, named | {"Z": np.ascontiguousarray(depth)}, **(CAMERA | header))
+    channels = {n: np.ascontiguousarray(color[..., i], np.float16) for i, n in enumerate("RGB")}
+    return write_file(path, channels | {"Z": np.ascontiguousarray(depth)}, **(CAMERA | header))
 
 
 def write_plates(folder: Path, frames=FRAMES, **header: Any) -> str:

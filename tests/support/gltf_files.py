@@ -129,8 +129,8 @@ def figure_scene():
     weights = np.tile(np.float32([0.5, 0.5, 0, 0]), (4, 1))
     bones = np.tile(np.uint8([0, 1, 0, 0]), (4, 1))
     uvs = {"TEXCOORD_0": SQUARE_UVS, "TEXCOORD_1": SQUARE_UVS / 2}
-    named = {"JOINTS_0": bones, "WEIGHTS_0": weights, **uvs}
-    mesh = writer.mesh(attributes=named, material=material)
+    attributes = {"JOINTS_0": bones, "WEIGHTS_0": weights, **uvs}
+    mesh = writer.mesh(attributes=attributes, material=material)
     shape = {"POSITION": writer.accessor(SQUARE[::-1].copy())}
     writer.json["meshes"][mesh]["primitives"][0]["targets"] = [shape]
     joints = [writer.node(), writer.node(translation=[0, 1, 0])]

@@ -126,19 +126,17 @@ ANSWERS: dict[str, Callable[[], object]] = {
 _MADE = honest._make_frames
 
 
-def _random_lie(task: PartTask, report: Tell, chance: random.Random) -> Parts:
+def _random_lie(task: PartTask, report: Tell, rng: random.Random) -> Parts:
     lies = [*LIES.values(), _MADE]
-    return chance.choice(lies)(task, report)
+    return rng.choice(lies)(task, report)
 
 
-def _change_bytes(answer: bytes, chance: random.Random) -> bytes:
+def _change_bytes(answer: bytes, rng: random.Random) -> bytes:
     """Change an answer in a few places."""
     changed = bytearray(answer)
-    for _ in range(chance.choice((0, 0, 1, 3))):
-        start = chance.randrange(min(len(changed), 400) or 1)
-        changed[start : start + chance.choice((0, 1, 8))] = chance.randbytes(
-            chance.choice((0, 1, 4))
-        )
+    for _ in range(rng.choice((0, 0, 1, 3))):
+        start = rng.randrange(min(len(changed), 400) or 1)
+        changed[start : start + rng.choice((0, 1, 8))] = rng.randbytes(rng.choice((0, 1, 4)))
     return bytes(changed)
 
 
@@ -152,12 +150,12 @@ def lying_part(task: PartTask) -> object:
 
     if lie_kind in ANSWERS:
         return ANSWERS[lie_kind]()
-    chance = random.Random(f"{lie_kind} {task.frames} {time.time_ns()}")
+    rng = random.Random(f"{lie_kind} {task.frames} {time.time_ns()}")
     if lie_kind in LIES:
         return answers.pack_frames(LIES[lie_kind](task, tell))
-    if chance.random() < 0.2:
-        return chance.choice(list(ANSWERS.values()))()
-    return _change_bytes(answers.pack_frames(_random_lie(task, tell, chance)), chance)
+    if rng.random() < 0.2:
+        return rng.choice(list(ANSWERS.values()))()
+    return _change_bytes(answers.pack_frames(_random_lie(task, tell, rng)), rng)
 
 
 def main() -> None:

@@ -15,9 +15,9 @@ def pixels(box: Box) -> set[tuple[int, int]]:
 
 @given(BOXES, BOXES)
 def test_box_intersection_holds_the_pixels_of_both_boxes(first, second):
-    both = first.intersection(second)
-    assert pixels(both) == pixels(first) & pixels(second)
-    assert both.is_empty == (not pixels(both))
+    shared = first.intersection(second)
+    assert pixels(shared) == pixels(first) & pixels(second)
+    assert shared.is_empty == (not pixels(shared))
 
 
 @given(BOXES)

@@ -147,8 +147,8 @@ def test_box_union_and_histogram_position_of_distances():
 
 
 def test_kit_lens_describes_its_stop_and_closest_focus():
-    plain = KitLens(50.0, 2.0, 0.45)
-    assert plain.words == "opens to f/2, focuses from 0.45 m" and plain.name == "50 mm"
+    spherical = KitLens(50.0, 2.0, 0.45)
+    assert spherical.words == "opens to f/2, focuses from 0.45 m" and spherical.name == "50 mm"
     assert "f/2 (T2.2)" in KitLens(50.0, 2.0, 0.45, t_stop=2.2).words
 
 
@@ -211,7 +211,7 @@ NEAR_ROOM = DepthSpan(1.0, 5.0)
 
 def test_doubts_name_lens_or_aperture_outside_real_hardware():
     def about(*lens):
-        return [doubt.about for doubt in find_doubts(Lens(*lens), NEAR_ROOM)]
+        return [warning.about for warning in find_doubts(Lens(*lens), NEAR_ROOM)]
 
     assert about(50.0, 2.0, 2.0, 36.0) == []
     assert about(0.99, 2.0, 2.0, 3.0) == ["lens"] and about(1.0, 2.0, 2.0, 3.0) == []
@@ -231,8 +231,8 @@ def test_doubts_name_lens_or_aperture_outside_real_hardware():
 def test_focus_unit_doubts_suggest_the_unit_of_a_focus_table():
     assert focus_unit_doubts([1.5, 3.0], NEAR_ROOM) == ()
     for first_distance, unit in ((2000.0, "mm"), (200.0, "cm"), (80.0, "in")):
-        (doubt,) = focus_unit_doubts([first_distance, first_distance * 1.1, math.inf], NEAR_ROOM)
-        assert doubt.about == "focus" and f"--table-unit focus={unit}" in doubt.sentence
+        (warning,) = focus_unit_doubts([first_distance, first_distance * 1.1, math.inf], NEAR_ROOM)
+        assert warning.about == "focus" and f"--table-unit focus={unit}" in warning.sentence
     assert focus_unit_doubts([math.inf], NEAR_ROOM) == () == focus_unit_doubts([], NEAR_ROOM)
     assert focus_unit_doubts([1e6], NEAR_ROOM) == ()  # no unit makes sense of it
     for near in (1 / 1.5, 5.0 * 1.5):  # a little outside may be wanted
@@ -243,6 +243,6 @@ def test_focus_unit_doubts_suggest_the_unit_of_a_focus_table():
 
 def test_span_doubts_start_at_nearest_depth_of_30_m():
     assert span_doubts(DepthSpan(29.9, 500.0)) == ()
-    (doubt,) = span_doubts(DepthSpan(30.0, 500.0))
-    assert doubt.about == "depth" and "cm" in doubt.sentence
+    (warning,) = span_doubts(DepthSpan(30.0, 500.0))
+    assert warning.about == "depth" and "cm" in warning.sentence
     assert plausibility._FAR_OFF == 1.5

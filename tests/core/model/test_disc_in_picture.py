@@ -73,9 +73,9 @@ def test_points_of_shaped_aperture_are_covered_and_even(aperture):
 
 
 def test_plain_disc_has_only_the_axes_uniform():
-    plain = DiscShape(Aperture(squeeze=2.0), 1.5)
-    assert plain.is_plain and plain.uniforms == {"aperture_axes": (0.5, 1.5)}
-    assert not any(plain.switches.values()) and plain.wider_px == 0.0
+    uniform_disc = DiscShape(Aperture(squeeze=2.0), 1.5)
+    assert uniform_disc.is_plain and uniform_disc.uniforms == {"aperture_axes": (0.5, 1.5)}
+    assert not any(uniform_disc.switches.values()) and uniform_disc.wider_px == 0.0
 
 
 def test_shaped_disc_uniforms_hold_shape_position_and_color():

@@ -14,7 +14,7 @@ ROOM = DepthSpan(0.76, 11.04)
 
 
 def joined_doubts(lens, span=ROOM):
-    return " ".join(doubt.sentence for doubt in find_doubts(lens, span))
+    return " ".join(warning.sentence for warning in find_doubts(lens, span))
 
 
 def lens(focus_m=2.24, focal_mm=50.0, sensor_mm=36.0):
@@ -71,7 +71,7 @@ def test_focus_between_near_and_far_depth_is_never_doubted(a, b, part, focal_mm,
         return
     focused = Lens(focal_mm, 2.8, focus_m, 36.0)
     found_doubts = find_doubts(focused, DepthSpan(near_m, far_m, sky))
-    assert all(doubt.about == "depth" for doubt in found_doubts)
+    assert all(warning.about == "depth" for warning in found_doubts)
     if found_doubts:  # then all of it is sharp, and a room in another unit
         assert near_limit_m(focused) <= near_m and far_limit_m(focused) >= far_m
 
@@ -79,9 +79,9 @@ def test_focus_between_near_and_far_depth_is_never_doubted(a, b, part, focal_mm,
 @given(POSITIVE, POSITIVE)
 def test_doubt_about_focus_vanishes_with_suggested_unit(near_m, ratio):
     span = DepthSpan(near_m, near_m * (1 + ratio))
-    for doubt in find_doubts(lens(), span):
+    for warning in find_doubts(lens(), span):
         unit_m = {"cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048, "km": 1e3}.get(
-            doubt.sentence.partition("--scene-unit ")[2].partition(";")[0].strip(". ")
+            warning.sentence.partition("--scene-unit ")[2].partition(";")[0].strip(". ")
         )
         if unit_m is not None:
             assert not [d for d in find_doubts(lens(), span.in_unit(unit_m)) if d.about == "focus"]
@@ -100,4 +100,4 @@ def test_span_doubts_only_if_another_unit_gives_room_size():
 @pytest.mark.parametrize(("f_stop", "is_doubted"), [(0.1, True), (0.49, True), (0.5, False)])
 def test_doubts_report_f_stop_below_0_5(f_stop, is_doubted):
     found_doubts = find_doubts(Lens(50.0, f_stop, 3.0, 36.0), DepthSpan(1.0, 20.0))
-    assert any("faster than f/0.5" in doubt.sentence for doubt in found_doubts) is is_doubted
+    assert any("faster than f/0.5" in warning.sentence for warning in found_doubts) is is_doubted

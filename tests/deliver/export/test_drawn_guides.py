@@ -86,8 +86,8 @@ def test_desqueeze_widens_picture_to_square_pixels():
         wide[:, 4:-4].reshape(90, 156, 2, 3).mean(2), ramp[:, 2:-2], atol=2e-3
     )
     thirds = with_guides(wide, Guides(thirds=True), 1.0)
-    both = with_guides(ramp, Guides(thirds=True, desqueeze=2.0), 2.0)
-    np.testing.assert_array_equal(both, thirds)  # the file's pixel aspect counts no more
+    drawn = with_guides(ramp, Guides(thirds=True, desqueeze=2.0), 2.0)
+    np.testing.assert_array_equal(drawn, thirds)  # the file's pixel aspect counts no more
 
 
 def test_export_with_guide_options_draws_them_and_renders_anew(capsys, tmp_path):

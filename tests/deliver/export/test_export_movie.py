@@ -101,9 +101,9 @@ def flat_plates(folder):
     camera = lens_attributes(50.0, 2.0, 2.24, 36.0, 24.0)
     for frame, color in zip(range(1001, 1006), [*colors, ramp], strict=True):
         picture = np.broadcast_to(np.asarray(color, np.float32), (32, 64, 3))
-        named = {n: np.ascontiguousarray(picture[..., i]) for i, n in enumerate("RGB")}
+        channels = {n: np.ascontiguousarray(picture[..., i]) for i, n in enumerate("RGB")}
         depth = np.full((32, 64), 2.24, np.float32)
-        write_file(folder / f"plate.{frame}.exr", named | {"Z": depth}, **camera)
+        write_file(folder / f"plate.{frame}.exr", channels | {"Z": depth}, **camera)
     return str(folder / "plate.####.exr")
 
 

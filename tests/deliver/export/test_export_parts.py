@@ -89,8 +89,10 @@ def test_two_tasks_exporting_same_frames_give_valid_files(capsys, shot_file, tmp
     export_shot(capsys, shot_file, tmp_path / "whole" / output)
     line = [*HEATLENS, "export", str(shot_file), "-o", str(tmp_path / "out" / output)]
     (tmp_path / "out").mkdir()
-    both = [subprocess.Popen([*line, "--part", "1001-1006"], stderr=subprocess.PIPE) for _ in "ab"]
-    for task in both:
+    processes = [
+        subprocess.Popen([*line, "--part", "1001-1006"], stderr=subprocess.PIPE) for _ in "ab"
+    ]
+    for task in processes:
         assert task.communicate(timeout=60)[1] and task.returncode == 0
     export_shot(capsys, shot_file, tmp_path / "out" / output)
     assert files_in(tmp_path / "out") == files_in(tmp_path / "whole")

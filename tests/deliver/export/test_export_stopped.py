@@ -107,9 +107,9 @@ def test_interrupted_export_exits_with_128_plus_signal_and_whole_frames(
 def test_two_exports_into_one_folder_both_succeed(long_shot, tmp_path):
     shot_file, whole = long_shot
     words = ("export", shot_file, "-o", tmp_path / "n.####.exr")
-    both = [start_heatlens(*words) for _ in range(2)]
-    assert [process.communicate(timeout=60)[1].count("\n") for process in both] == [1, 1]
-    assert [process.returncode for process in both] == [0, 0]
+    processes = [start_heatlens(*words) for _ in range(2)]
+    assert [process.communicate(timeout=60)[1].count("\n") for process in processes] == [1, 1]
+    assert [process.returncode for process in processes] == [0, 0]
     assert files_in(tmp_path) == whole
 
 
@@ -117,8 +117,8 @@ def test_chunks_in_separate_processes_give_same_files(long_shot, tmp_path):
     shot_file, whole = long_shot
     out = tmp_path / "n.####.exr"
     words = ("export", shot_file, "-o", out, "--frames")
-    both = [start_heatlens(*words, chunk) for chunk in ("1001-1012", "1013-1024")]
-    assert [process.communicate(timeout=60)[0] for process in both] == [f"{out}\n"] * 2
+    processes = [start_heatlens(*words, chunk) for chunk in ("1001-1012", "1013-1024")]
+    assert [process.communicate(timeout=60)[0] for process in processes] == [f"{out}\n"] * 2
     assert files_in(tmp_path) == whole
 
 
@@ -161,9 +161,9 @@ def test_export_removes_temporary_files_of_dead_processes_only(capsys, shot_file
     export_shot(capsys, shot_file, out, "--frames", "1001")
     dead = subprocess.Popen(["true"])
     dead.wait()
-    with replace_atomically(out.parent / "n.1001.exr") as beside:
-        beside.write_bytes(b"x")
-        machine = beside.name.split(".")[-3]  # .heatlens-RANDOM.MACHINE.PROCESS.part
+    with replace_atomically(out.parent / "n.1001.exr") as temporary_path:
+        temporary_path.write_bytes(b"x")
+        machine = temporary_path.name.split(".")[-3]  # .heatlens-RANDOM.MACHINE.PROCESS.part
     old_time_s, name = time.time() - 2 * 24 * 3600, ".heatlens-0123456789abcdef"
     removed_names = [f"{name}.{machine}.{dead.pid}.part", f"{name}.0badcafe.7.part"]
     kept_names = [

@@ -74,8 +74,8 @@ def write_mixed_shot(tmp_path):
     pattern = write_plates(tmp_path / "plates", **CAMERA)
     color, depth_m = room(32, 18)
     for frame in (1003, 1005):
-        named = {n: np.ascontiguousarray(color[..., i]) for i, n in enumerate("RGB")}
-        write_file(tmp_path / "plates" / f"plate.{frame}.exr", named | {"Z": 100 * depth_m})
+        channels = {n: np.ascontiguousarray(color[..., i]) for i, n in enumerate("RGB")}
+        write_file(tmp_path / "plates" / f"plate.{frame}.exr", channels | {"Z": 100 * depth_m})
 
     def write(strict: bool):
         path = tmp_path / f"{strict}.heatlens.json"

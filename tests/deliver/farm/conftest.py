@@ -22,10 +22,10 @@ def mixed_plates(tmp_path):
     (tmp_path / "mixed").mkdir()
     color, depth_m = room(32, 18)
     for frame in FRAMES:
-        named = {name: np.ascontiguousarray(color[..., i]) for i, name in enumerate("RGB")}
+        channels = {name: np.ascontiguousarray(color[..., i]) for i, name in enumerate("RGB")}
         unit = 100.0 if frame > 1003 else 1.0
         path = tmp_path / "mixed" / f"plate.{frame}.exr"
-        write_file(path, named | {"Z": np.float32(unit) * depth_m}, **CAMERA)
+        write_file(path, channels | {"Z": np.float32(unit) * depth_m}, **CAMERA)
     shot = tmp_path / "mixed.heatlens.json"
     write_shot(shot, shot_of(str(tmp_path / "mixed" / "plate.####.exr")))
     return shot

@@ -67,8 +67,8 @@ def test_doubt_is_warned_once_per_source_and_kept_as_note(in_centimetres):
 
 
 def test_doubt_names_python_argument_that_corrects_it(in_centimetres):
-    (doubt,) = warnings_of(lambda: heatlens.open(in_centimetres).render(**FAR_LENS))
-    assert "say scene_unit_m=0.01" in doubt
+    (warning,) = warnings_of(lambda: heatlens.open(in_centimetres).render(**FAR_LENS))
+    assert "say scene_unit_m=0.01" in warning
     assert (
         warnings_of(lambda: heatlens.open(in_centimetres, scene_unit_m=0.01).render(**FAR_LENS))
         == []

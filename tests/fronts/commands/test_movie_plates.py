@@ -43,8 +43,8 @@ def run(capsys, *words: object) -> str:
 
 
 def export(capsys, source: object, depth: Path, out: object, *words: object) -> str:
-    beside = ("--depth", depth, *DEPTH, *LENS)
-    return run(capsys, "export", source, "-o", out, *beside, *BLUR, *words)
+    options = ("--depth", depth, *DEPTH, *LENS)
+    return run(capsys, "export", source, "-o", out, *options, *BLUR, *words)
 
 
 def test_render_and_export_of_movie_frame_are_equal(tmp_path, clip, capsys):
@@ -53,11 +53,11 @@ def test_render_and_export_of_movie_frame_are_equal(tmp_path, clip, capsys):
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         f"all.000{frame}.exr" for frame in (2, 3, 4)
     ]
-    beside = ("--depth", depths, *DEPTH, *LENS, *BLUR)
+    options = ("--depth", depths, *DEPTH, *LENS, *BLUR)
     pictures = []
     for frame in (2, 3, 4):
         out = tmp_path / "one.exr"
-        run(capsys, "render", colors, "--frame", frame, "-o", out, *beside)
+        run(capsys, "render", colors, "--frame", frame, "-o", out, *options)
         pictures.append(pixels(out))
         assert np.array_equal(pictures[-1], pixels(tmp_path / f"all.000{frame}.exr"))
     assert not np.array_equal(pictures[0], pictures[1])
@@ -104,8 +104,8 @@ def test_shot_new_takes_frames_and_rate_of_movie(tmp_path, clip, capsys):
 def test_export_refuses_to_overwrite_input_movie(clip, capsys):
     colors, depths = clip
     bytes_before = colors.read_bytes()
-    beside = ("--depth", depths, *DEPTH, *LENS, *BLUR)
-    message = stderr_of_run(capsys, 2, "export", colors, "-o", colors, *beside, "--overwrite")
+    options = ("--depth", depths, *DEPTH, *LENS, *BLUR)
+    message = stderr_of_run(capsys, 2, "export", colors, "-o", colors, *options, "--overwrite")
     assert "is an input of this export" in message and colors.read_bytes() == bytes_before
 
 
@@ -117,12 +117,12 @@ def test_render_rejects_frame_outside_movie(tmp_path, clip, capsys):
 
 def test_render_with_frame_option_renders_frame_of_sequence(tmp_path, capsys):
     pattern = write_plates(tmp_path / "plates", (1001, 1002))
-    out, named = tmp_path / "o.exr", tmp_path / "n.exr"
+    out, named_out = tmp_path / "o.exr", tmp_path / "n.exr"
     lens = ("--f-stop", 2, "--focus-distance", 1)
     assert "--frame N" in stderr_of_run(capsys, 2, "render", pattern, "-o", out, *lens)
     run(capsys, "render", pattern, "--frame", 1002, "-o", out, *lens, *BLUR)
-    run(capsys, "render", pattern.replace("####", "1002"), "-o", named, *lens, *BLUR)
-    assert np.array_equal(pixels(out), pixels(named))
+    run(capsys, "render", pattern.replace("####", "1002"), "-o", named_out, *lens, *BLUR)
+    assert np.array_equal(pixels(out), pixels(named_out))
 
 
 def test_info_of_movie_gives_frames_rate_codec_and_timecode(clip, capsys):

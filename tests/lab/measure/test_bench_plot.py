@@ -129,9 +129,9 @@ def test_interrupted_write_plot_keeps_old_file(tmp_path, monkeypatch):
     path = tmp_path / "a.png"
     path.write_bytes(b"old")
 
-    def interrupted(beside, **_) -> None:
-        assert beside.parent == tmp_path and beside != path
-        beside.write_bytes(b"half")
+    def interrupted(temporary_path, **_) -> None:
+        assert temporary_path.parent == tmp_path and temporary_path != path
+        temporary_path.write_bytes(b"half")
         raise KeyboardInterrupt
 
     figure = SimpleNamespace(savefig=interrupted, suptitle=lambda *_, **__: None)

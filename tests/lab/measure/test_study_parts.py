@@ -97,8 +97,8 @@ def test_folder_with_files_that_no_report_writes_is_not_replaced(tmp_path, name)
 def test_report_folder_with_long_name_leaves_no_other_files(tmp_path):
     """A folder name of 250 letters leaves no room for the suffix of a temporary name."""
     folder = tmp_path / ("r" * 250)
-    with report_folder(folder) as beside:
-        write_numbers(beside, {}, [])
+    with report_folder(folder) as temporary_folder:
+        write_numbers(temporary_folder, {}, [])
     assert [path.name for path in tmp_path.iterdir()] == [folder.name]
 
 

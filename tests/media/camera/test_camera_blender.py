@@ -88,10 +88,10 @@ def fake_bpy(*cameras: Block, unit_m: float = 1.0) -> ModuleType:
     )
     bpy = ModuleType("bpy")
     bpy.context = SimpleNamespace(scene=scene)
-    named = {camera.name: camera for camera in cameras}
+    cameras_by_name = {camera.name: camera for camera in cameras}
     bpy.data = SimpleNamespace(
         cameras=SimpleNamespace(new=camera_data),
-        objects=SimpleNamespace(new=camera_object, get=named.get),
+        objects=SimpleNamespace(new=camera_object, get=cameras_by_name.get),
     )
     bpy.linked = linked
     return bpy
@@ -126,9 +126,9 @@ def test_blender_script_resets_opening_of_previous_lens(before, after):
         blender_text(camera_of_shot(Shot(Lens(50.0, 2.0, 2.0, 36.0, **opening)), "c", ONE))
         for opening in (before, after)
     )
-    both = fake_bpy()
-    run_script(first, both)
-    data = run_script(second, both).data
+    scene = fake_bpy()
+    run_script(first, scene)
+    data = run_script(second, scene).data
     alone = run_script(second, fake_bpy()).data
     assert (data.dof, data.own) == (alone.dof, alone.own)
     assert data.dof.aperture_blades == after["blades"]
@@ -247,8 +247,8 @@ def test_blender_script_sets_fps_and_fps_base(rate, fps, base):
 
 def test_blender_script_without_focus_leaves_depth_of_field_unchanged():
     bare = moving_camera(focus_distance_m=None, f_stop=None, squeeze=None)
-    made = run_script(blender_text(bare), fake_bpy())
-    assert made.data.dof == SimpleNamespace(use_dof=False, focus_object="Cube")
+    scene_without = run_script(blender_text(bare), fake_bpy())
+    assert scene_without.data.dof == SimpleNamespace(use_dof=False, focus_object="Cube")
 
 
 @given(st.text())

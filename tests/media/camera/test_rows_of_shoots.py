@@ -7,10 +7,10 @@ from heatlens.media.camera.shoot_table import is_shoot_table, read_shoot_table, 
 from support.shoot_tables import SHOOT_TABLES
 
 
-def read_table_text(tmp_path, text, *more):
+def read_table_text(tmp_path, text, *options):
     path = tmp_path / "take.csv"
     path.write_text(text)
-    return read_shoot_table(path, *more)
+    return read_shoot_table(path, *options)
 
 
 @pytest.mark.parametrize("name", SHOOT_TABLES)

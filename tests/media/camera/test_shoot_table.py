@@ -80,7 +80,7 @@ def test_shot_new_takes_lens_from_shoot_table(table, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "reason"),
     [
         ("focus,iris\n", "no rows"),
         ("focus,iris\n--,--\n", "no row has a value"),
@@ -90,10 +90,10 @@ def test_shot_new_takes_lens_from_shoot_table(table, tmp_path, capsys):
         ("name,word\na,b\n", "unknown column"),
     ],
 )
-def test_read_camera_rejects_bad_shoot_table_with_reason(text, told, tmp_path):
+def test_read_camera_rejects_bad_shoot_table_with_reason(text, reason, tmp_path):
     path = tmp_path / "t.csv"
     path.write_text(text)
-    with pytest.raises(InputError, match=told) as caught:
+    with pytest.raises(InputError, match=reason) as caught:
         read_camera(str(path))
     assert "t.csv" in str(caught.value)
 
@@ -141,8 +141,10 @@ def write_plate_to_depth(path, depth_m):
     return write_file(path, rgb(4, 6) | {"Z": depth})
 
 
-@pytest.mark.parametrize(("unit", "named"), [("mm", "millimetres"), ("cm", "centimetres")])
-def test_shot_new_warns_of_focus_unit_that_contradicts_plate_depths(unit, named, tmp_path, capsys):
+@pytest.mark.parametrize(("unit", "expected_name"), [("mm", "millimetres"), ("cm", "centimetres")])
+def test_shot_new_warns_of_focus_unit_that_contradicts_plate_depths(
+    unit, expected_name, tmp_path, capsys
+):
     plate, shot = write_plate_to_depth(tmp_path / "p.1001.exr", 64), tmp_path / "s.heatlens.json"
     per_m = {"mm": 1000, "cm": 100}[unit]
     table = tmp_path / "take.csv"
@@ -150,7 +152,7 @@ def test_shot_new_warns_of_focus_unit_that_contradicts_plate_depths(unit, named,
     words = ["shot", "new", plate, "--lens-from", f"{table}@1001", "-o", shot, "--overwrite"]
     words += ["--focal-length", 50, "--sensor-width", 36]
     stderr = stderr_of_run(capsys, 0, *words)
-    assert named in stderr and f"--table-unit focus={unit}." in stderr
+    assert expected_name in stderr and f"--table-unit focus={unit}." in stderr
     assert f"--table-unit focus={unit}." in stderr_of_run(capsys, 2, *words, "--strict")
     stderr = stderr_of_run(capsys, 0, *words, "--strict", "--table-unit", f"focus={unit}")
     assert "meant" not in stderr and "has no unit" not in stderr
@@ -172,8 +174,8 @@ def test_focus_unit_doubts_are_empty_for_focus_within_depths(near_m, times):
     span = DepthSpan(near_m, near_m * times)
     for focus_m in (near_m, near_m * times, near_m * math.sqrt(times), math.inf):
         assert focus_unit_doubts([focus_m], span) == ()
-    (doubt,) = focus_unit_doubts([1e3 * near_m * math.sqrt(times)], span)
-    assert "focus=mm" in doubt.sentence
+    (warning,) = focus_unit_doubts([1e3 * near_m * math.sqrt(times)], span)
+    assert "focus=mm" in warning.sentence
 
 
 @pytest.mark.parametrize("option", ["'furlong'", "iris=mm"])

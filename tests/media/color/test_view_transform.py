@@ -94,8 +94,8 @@ def test_default_input_space_falls_back_to_scene_linear_role(write_config):
 
 
 def test_default_input_space_finds_linear_rec709_by_alias(write_config):
-    named = STUDIO.replace("{name: other,", "{name: odd, aliases: [lin_rec709_scene],")
-    config = load_color_config(write_config(named))
+    config_text = STUDIO.replace("{name: other,", "{name: odd, aliases: [lin_rec709_scene],")
+    config = load_color_config(write_config(config_text))
     assert config.default_input_space == "odd"
     assert config.input_spaces() == ("odd", "plain")
 

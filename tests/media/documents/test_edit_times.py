@@ -68,7 +68,7 @@ def test_reel_frames_match_opentimelineio_for_any_timeline(timeline):
 
 
 @pytest.mark.parametrize(
-    ("item", "made", "shown"),
+    ("item", "expected_range", "expected_shown"),
     [
         (clip(5, 5, 12, start=1, available=0, step=2), "11-19x2", [11, 13, 15, 17, 19]),
         (clip(10, 10, 30, start=1, available=0), "9-16", [9, 9, 10, 11, 12, 13, 13, 14, 15, 16]),
@@ -80,22 +80,22 @@ def test_reel_frames_match_opentimelineio_for_any_timeline(timeline):
     ids=["step", "rate", "fast", "slow", "held", "backwards"],
 )
 def test_reel_shot_renders_each_frame_once_and_edit_repeats_or_drops_it(
-    tmp_path, item, made, shown
+    tmp_path, item, expected_range, expected_shown
 ):
     """The edit that is written is as long as the cut and plays the same frames."""
     reel = reel_of(
         timeline_of_track(item, schema.Gap(source_range=span(0, 4, item.duration().rate)))
     )
     (shot,) = reel.shots
-    assert (shot.exported_frames, list(shot.source_frames)) == (made, shown)
+    assert (shot.exported_frames, list(shot.source_frames)) == (expected_range, expected_shown)
     assert dict(reel.gaps) == {1: 4}
     exported = ExportedShot(
         shot_of("x"), tmp_path, NameForm("s.", 4, ".exr"), shot.frames, shot.frames, shot.retime
     )
     write_edit(tmp_path / "out.otio", reel, {shot.name: exported})
     read_back = otio.adapters.read_from_file(str(tmp_path / "out.otio"))
-    assert read_back.duration().value == len(shown) + 4
-    assert shown_frames(reel_of(read_back)) == [*shown, None, None, None, None]
+    assert read_back.duration().value == len(expected_shown) + 4
+    assert shown_frames(reel_of(read_back)) == [*expected_shown, None, None, None, None]
 
 
 def test_reel_respects_source_range_of_track_and_stack():

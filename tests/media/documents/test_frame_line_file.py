@@ -27,12 +27,12 @@ def point(x: float, y: float) -> dict[str, float]:
     return {"x": x, "y": y}
 
 
-def decision(name: str, x: float, y: float, width: float, height: float, **more) -> dict:
+def decision(name: str, x: float, y: float, width: float, height: float, **fields) -> dict:
     entry = {"id": f"canvas-{name}", "label": name, "framing_intent_id": name}
-    return entry | {"dimensions": size(width, height), "anchor_point": point(x, y)} | more
+    return entry | {"dimensions": size(width, height), "anchor_point": point(x, y)} | fields
 
 
-def write_frame_line_list(path, *decisions, squeeze=1.0, width=4000, height=2000, **more):
+def write_frame_line_list(path, *decisions, squeeze=1.0, width=4000, height=2000, **fields):
     """Write a list with a canvas, as the schema of the ASC wants it."""
     intents = [
         {"id": it["label"], "label": it["label"], "aspect_ratio": size(239, 100), "protection": 0.1}
@@ -40,7 +40,7 @@ def write_frame_line_list(path, *decisions, squeeze=1.0, width=4000, height=2000
     ]
     canvas = {"id": "canvas", "label": "Open gate", "source_canvas_id": "canvas"}
     canvas |= {"dimensions": size(width, height), "anamorphic_squeeze": squeeze}
-    canvas |= {"framing_decisions": list(decisions)} | more
+    canvas |= {"framing_decisions": list(decisions)} | fields
     top = {
         "uuid": "5463dbe4-ec30-4324-b8a1-67408aed40db",
         "version": {"major": 2, "minor": 0},

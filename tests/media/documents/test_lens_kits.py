@@ -45,7 +45,7 @@ def test_kit_shelf_adds_own_kits_and_overrides_shipped_ones(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("changed", "told"),
+    ("changed", "reason"),
     [
         ({"heatlens_lens_kit": 2}, "version 2"),
         ({"lense": []}, "did you mean 'lenses'"),
@@ -56,11 +56,11 @@ def test_kit_shelf_adds_own_kits_and_overrides_shipped_ones(tmp_path):
         ({"words": 3}, "text in quotation marks"),
     ],
 )
-def test_kit_shelf_reports_damaged_kit_and_keeps_the_others(changed, told, tmp_path):
+def test_kit_shelf_reports_damaged_kit_and_keeps_the_others(changed, reason, tmp_path):
     entries = json.loads(kit_text(kit_shelf(tmp_path).kits["macro"])) | changed
     path = tmp_path / "mine.json"
     path.write_text(json.dumps(entries))
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=reason):
         read_kit(path)
     shelf = kit_shelf(tmp_path)
     assert list(shelf.kits) == SHIPPED

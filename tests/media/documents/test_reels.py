@@ -183,11 +183,11 @@ def test_read_edit_takes_cdl_grade_of_clip(tmp_path, suffix):
     assert not any("CDL" in note for note in shot.notes)
 
 
-@pytest.mark.parametrize("told", [3, {"asc_sop": {"slope": "abc"}}, {"asc_sat": -1}])
-def test_read_edit_notes_invalid_cdl_grade(tmp_path, told):
+@pytest.mark.parametrize("cdl_line", [3, {"asc_sop": {"slope": "abc"}}, {"asc_sat": -1}])
+def test_read_edit_notes_invalid_cdl_grade(tmp_path, cdl_line):
     folder = write_plates(tmp_path, "sh010")
     clip = clip_of_url("sh010", f"{folder}/sh010.####.exr", None, time_range(1001, 2))
-    clip.metadata["cdl"] = told
+    clip.metadata["cdl"] = cdl_line
     (shot,) = read_cut(write_cut(tmp_path / "a.otio", clip)).shots
     assert shot.grade is None and any("CDL" in note for note in shot.notes)
 

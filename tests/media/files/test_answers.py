@@ -101,15 +101,15 @@ def test_allowed_names_exist_and_ours_are_classes():
 class PickledCall:
     """An object whose pickle calls a given function with given arguments."""
 
-    def __init__(self, call: Any, *given: object) -> None:
-        self.made = call, given
+    def __init__(self, call: Any, *pickled: object) -> None:
+        self.made = call, pickled
 
     def __reduce__(self) -> Any:
         return self.made
 
 
 @pytest.mark.parametrize(
-    ("name", "given"),
+    ("name", "pickled"),
     [
         ("posix:system", ("true",)),
         ("builtins:eval", ("1",)),
@@ -122,9 +122,9 @@ class PickledCall:
         ("importlib:import_module", ("os",)),
     ],
 )
-def test_unpacked_rejects_pickle_that_calls_another_function(name, given):
+def test_unpacked_rejects_pickle_that_calls_another_function(name, pickled):
     with pytest.raises(AnswerError, match=name.partition(":")[2]):
-        unpack_answer(pickle.dumps(PickledCall(object_named(name), *given)))
+        unpack_answer(pickle.dumps(PickledCall(object_named(name), *pickled)))
 
 
 def test_unpacked_returns_packed_values():
@@ -148,12 +148,12 @@ def tests_importable(monkeypatch):
 
 
 @pytest.fixture
-def asked(tmp_path, request) -> tuple[str, object]:
+def call(tmp_path, request) -> tuple[str, object]:
     """Return a reader with something to read."""
     reader, picture = request.param, tmp_path / "p.png"
     Image.new("RGB", (4, 3), (1, 2, 3)).save(picture)
     stage = str(Path(__file__).resolve().parents[2] / "fuzz" / "stage.usda")
-    given: dict[str, object] = {
+    pickled: dict[str, object] = {
         "usd_camera": stage,
         "named_by_usd": stage,
         "usd_scene": stage,
@@ -161,7 +161,7 @@ def asked(tmp_path, request) -> tuple[str, object]:
         "picture_info": picture,
         "_bounded_scene": (data_dir("assets") / "demo.glb", None),
     }
-    return reader, given[reader.partition(":")[2]]
+    return reader, pickled[reader.partition(":")[2]]
 
 
 LOUD = sorted(name for name in READERS if "documents" not in name)
@@ -173,18 +173,18 @@ def check_noises_change_no_answer(reader: str, argument: object, *noises: tuple[
     assert pack_answer(loud) == pack_answer(quiet)
 
 
-@pytest.mark.parametrize("asked", LOUD, indirect=True)
-def test_called_apart_returns_same_answer_if_reader_prints_in_every_way(asked, tests_importable):
+@pytest.mark.parametrize("call", LOUD, indirect=True)
+def test_called_apart_returns_same_answer_if_reader_prints_in_every_way(call, tests_importable):
     assert {way for way, _ in NOISES} == WAYS.keys()
-    check_noises_change_no_answer(*asked, *NOISES)
+    check_noises_change_no_answer(*call, *NOISES)
 
 
 @pytest.mark.parametrize(
-    "asked", ["heatlens.media.plate.picture.picture_open:picture_info"], indirect=True
+    "call", ["heatlens.media.plate.picture.picture_open:picture_info"], indirect=True
 )
 @pytest.mark.parametrize("noise", NOISES, ids=lambda noise: f"{noise[0]}-{len(noise[1])}")
-def test_called_apart_returns_same_answer_if_reader_prints(asked, noise, tests_importable):
-    check_noises_change_no_answer(*asked, noise)
+def test_called_apart_returns_same_answer_if_reader_prints(call, noise, tests_importable):
+    check_noises_change_no_answer(*call, noise)
 
 
 def write_aaf(path: Path, mob: str) -> None:

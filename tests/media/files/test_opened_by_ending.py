@@ -129,12 +129,12 @@ POSTSCRIPT = b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 8 8\n%%EndComments\n{
 @pytest.fixture
 def ghost(tmp_path, monkeypatch) -> Path:
     """Put a stand-in for Ghostscript in the path; return the file that it makes when it runs."""
-    made, tool = tmp_path / "ghostscript_ran", tmp_path / "bin" / "gs"
+    proof, tool = tmp_path / "ghostscript_ran", tmp_path / "bin" / "gs"
     tool.parent.mkdir()
-    tool.write_text(f"#!/bin/sh\ntouch {made}\n")
+    tool.write_text(f"#!/bin/sh\ntouch {proof}\n")
     tool.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tool.parent}{os.pathsep}{os.environ['PATH']}")
-    return made
+    return proof
 
 
 @pytest.mark.parametrize("suffix", [it for it in suffixes_read()[1:] if it != ".npy"])
@@ -164,7 +164,7 @@ def test_postscript_inside_photo_depth_map_is_not_run(tmp_path, ghost, capsys):
 
 
 @pytest.mark.parametrize(
-    ("content", "suffix", "told"),
+    ("content", "suffix", "format_name"),
     [
         ("JPEG", ".png", "rename it to p.jpg"),
         ("PNG", ".jpg", "rename it to p.png"),
@@ -172,10 +172,12 @@ def test_postscript_inside_photo_depth_map_is_not_run(tmp_path, ghost, capsys):
         ("TIFF", ".bmp", "rename it to p.tif"),
     ],
 )
-def test_open_picture_names_correct_suffix_of_wrongly_named_file(tmp_path, content, suffix, told):
+def test_open_picture_names_correct_suffix_of_wrongly_named_file(
+    tmp_path, content, suffix, format_name
+):
     path = tmp_path / f"p{suffix}"
     Image.new("RGB", (4, 4)).save(path, format=content)
-    with pytest.raises(InputError, match=rf"p\{suffix} is {content}, although .*{told}"):
+    with pytest.raises(InputError, match=rf"p\{suffix} is {content}, although .*{format_name}"):
         open_picture(path)
 
 

@@ -164,11 +164,11 @@ def test_replacing_reports_write_error_although_removal_fails(tmp_path, monkeypa
 
     monkeypatch.setattr(Path, "unlink", refuses)
     with (
-        pytest.raises(InputError, match="disk on fire") as told,
+        pytest.raises(InputError, match="disk on fire") as caught,
         replace_atomically(tmp_path / "a.exr"),
     ):
         raise OSError("disk on fire")
-    assert ".part" not in str(told.value)
+    assert ".part" not in str(caught.value)
 
 
 @pytest.mark.parametrize("letters", [200, 233, 251, 255])
@@ -189,9 +189,9 @@ def test_replacing_does_not_open_existing_file_or_link(tmp_path, monkeypatch):
     monkeypatch.setattr(atomic_file.secrets, "token_hex", lambda count: "0" * 2 * count)
     precious = tmp_path / "precious"
     precious.write_bytes(b"precious")
-    with replace_atomically(tmp_path / "a") as beside:
-        beside.write_bytes(b"a")
-    beside.symlink_to(precious)
+    with replace_atomically(tmp_path / "a") as temporary_path:
+        temporary_path.write_bytes(b"a")
+    temporary_path.symlink_to(precious)
     with pytest.raises(InputError, match="File exists"), replace_atomically(tmp_path / "a"):
         pass
     assert precious.read_bytes() == b"precious"

@@ -23,8 +23,8 @@ PATIENCE_S = 30.0
 
 @pytest.fixture
 def receiver():
-    with LensReceiver(LOOPBACK) as made:
-        yield made
+    with LensReceiver(LOOPBACK) as new_receiver:
+        yield new_receiver
 
 
 def wait_until(condition) -> None:
@@ -73,7 +73,7 @@ def test_lens_receiver_limits_number_of_sources(receiver):
     with LensSender(receiver.address) as sender:
         for number in range(2 * MAX_SOURCES):
             sender.send(LensSample(str(number), f_stop=2.0))
-            wait_until(lambda told=number + 1: receiver.source_state().version == told)
+            wait_until(lambda expected=number + 1: receiver.source_state().version == expected)
     assert len(receiver.source_state().sources) == MAX_SOURCES
 
 
@@ -84,7 +84,7 @@ def test_lens_receiver_rate_and_silence_follow_the_clock():
             for number in range(11):
                 now[0] = 100.0 + number / 50
                 sender.send(LensSample(A, f_stop=2.0))
-                wait_until(lambda told=number + 1: receiver.source_state().version == told)
+                wait_until(lambda expected=number + 1: receiver.source_state().version == expected)
         assert receiver.source_state().rate_hz == pytest.approx(50.0)
         assert not receiver.source_state().is_silent
         now[0] += SILENT_AFTER_S + 0.1
@@ -116,7 +116,7 @@ def test_lens_receiver_close_frees_the_port():
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         ("opentrackio", "opentrackio://127.0.0.1:55555"),
         ("opentrackio://", "opentrackio://127.0.0.1:55555"),
@@ -125,8 +125,8 @@ def test_lens_receiver_close_frees_the_port():
         ("opentrackio://localhost:0", "opentrackio://127.0.0.1:0"),
     ],
 )
-def test_parse_ring_address_fills_in_defaults(text, told):
-    assert str(parse_ring_address(text)) == told
+def test_parse_ring_address_fills_in_defaults(text, expected):
+    assert str(parse_ring_address(text)) == expected
     assert parse_ring_address(text).is_multicast == ("239" in text)
 
 
@@ -167,11 +167,11 @@ class FaultyDecoder:
 
 
 def test_hearing_counts_any_decoder_error_as_refused():
-    hearing = SampleCollector(FaultyDecoder())
+    collector = SampleCollector(FaultyDecoder())
     for datagram in (b"bad", b"good", b"bad"):
-        hearing.accept_datagram(datagram, ("stranger", 1))
-    assert (hearing.accepted, hearing.refused) == (1, 2)
-    assert hearing.fault == "a datagram cannot be read"
+        collector.accept_datagram(datagram, ("stranger", 1))
+    assert (collector.accepted, collector.refused) == (1, 2)
+    assert collector.fault == "a datagram cannot be read"
 
 
 def test_ring_sources_follow_restarted_tracker_once_old_one_is_silent():

@@ -92,9 +92,11 @@ def test_sample_of_omits_impossible_values(name, bad):
     assert parse_sample(text, Encoding.JSON) == LensSample(focus_turn=0.5)
 
 
-@pytest.mark.parametrize(("told", "taken"), [(0, 0.0), (1, 1.0), (-1e-30, None), (1.01, None)])
-def test_sample_of_accepts_encoder_values_from_0_to_1(told, taken):
-    text = json.dumps({"lens": {"encoders": {"zoom": told}}}).encode()
+@pytest.mark.parametrize(
+    ("encoder_value", "taken"), [(0, 0.0), (1, 1.0), (-1e-30, None), (1.01, None)]
+)
+def test_sample_of_accepts_encoder_values_from_0_to_1(encoder_value, taken):
+    text = json.dumps({"lens": {"encoders": {"zoom": encoder_value}}}).encode()
     assert parse_sample(text, Encoding.JSON).zoom_turn == taken
 
 

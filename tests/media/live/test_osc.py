@@ -35,52 +35,52 @@ def message(address: str, *values: object):
 
 
 @pytest.fixture
-def hearing() -> SampleCollector:
+def collector() -> SampleCollector:
     return SampleCollector(OscDecoder())
 
 
-def test_osc_message_is_a_channel_of_its_sender(hearing):
-    hearing.accept_datagram(message("/1/fader2", 0.25).dgram, SENDER)
-    hearing.accept_datagram(message("/focus", "label", 3).dgram, SENDER)
-    sample = hearing.sources.source_state().sample
+def test_osc_message_is_a_channel_of_its_sender(collector):
+    collector.accept_datagram(message("/1/fader2", 0.25).dgram, SENDER)
+    collector.accept_datagram(message("/focus", "label", 3).dgram, SENDER)
+    sample = collector.sources.source_state().sample
     assert sample == LensSample("127.0.0.1", channels={"/1/fader2": 0.25, "/focus": 3.0})
 
 
-def test_osc_bundle_is_one_sample(hearing):
+def test_osc_bundle_is_one_sample(collector):
     bundle = OscBundleBuilder(IMMEDIATELY)
     for name in "ab":
         bundle.add_content(message(f"/{name}", 0.5))
-    hearing.accept_datagram(bundle.build().dgram, SENDER)
-    assert hearing.sources.version == 1
-    assert hearing.sources.source_state().sample.channels == {"/a": 0.5, "/b": 0.5}
+    collector.accept_datagram(bundle.build().dgram, SENDER)
+    assert collector.sources.version == 1
+    assert collector.sources.source_state().sample.channels == {"/a": 0.5, "/b": 0.5}
 
 
-def test_osc_message_named_as_lens_field_sets_it(hearing):
-    hearing.accept_datagram(message("/camera/focus_distance_m", 2.5).dgram, SENDER)
-    hearing.accept_datagram(message("/f_stop", -1.0).dgram, SENDER)
-    assert hearing.sources.source_state().sample == LensSample("127.0.0.1", focus_distance_m=2.5)
+def test_osc_message_named_as_lens_field_sets_it(collector):
+    collector.accept_datagram(message("/camera/focus_distance_m", 2.5).dgram, SENDER)
+    collector.accept_datagram(message("/f_stop", -1.0).dgram, SENDER)
+    assert collector.sources.source_state().sample == LensSample("127.0.0.1", focus_distance_m=2.5)
 
 
 @given(st.binary(max_size=120))
 def test_osc_counts_any_bytes_as_taken_or_refused(noise):
-    hearing = SampleCollector(OscDecoder())
+    collector = SampleCollector(OscDecoder())
     for datagram in (noise, b"/focus\0\0" + noise, b"#bundle\0" + noise):
-        hearing.accept_datagram(datagram, SENDER)
-    assert hearing.accepted + hearing.refused == 3
+        collector.accept_datagram(datagram, SENDER)
+    assert collector.accepted + collector.refused == 3
 
 
 @pytest.mark.parametrize("values", [(), ("word",), (float("nan"),), (float("inf"),), (1e30,)])
-def test_osc_message_without_number_is_refused(hearing, values):
-    hearing.accept_datagram(message("/focus", *values).dgram, SENDER)
-    assert (hearing.accepted, hearing.refused) == (0, 1)
+def test_osc_message_without_number_is_refused(collector, values):
+    collector.accept_datagram(message("/focus", *values).dgram, SENDER)
+    assert (collector.accepted, collector.refused) == (0, 1)
 
 
-def test_osc_limits_number_of_channels(hearing):
+def test_osc_limits_number_of_channels(collector):
     for number in range(2 * CHANNELS_MOST):
-        hearing.accept_datagram(message(f"/{number}", 1.0).dgram, SENDER)
-    assert len(hearing.sources.source_state().sample.channels) <= CHANNELS_MOST
-    hearing.accept_datagram(message("/0", 0.5).dgram, SENDER)
-    assert hearing.sources.source_state().sample.channels["/0"] == 0.5
+        collector.accept_datagram(message(f"/{number}", 1.0).dgram, SENDER)
+    assert len(collector.sources.source_state().sample.channels) <= CHANNELS_MOST
+    collector.accept_datagram(message("/0", 0.5).dgram, SENDER)
+    assert collector.sources.source_state().sample.channels["/0"] == 0.5
 
 
 def test_osc_controller_that_rests_is_not_silent():
@@ -109,9 +109,9 @@ def test_parse_ring_address_of_osc_defaults_to_this_machine_and_port_9000():
 def test_osc_refuses_unknown_type_tags_without_printing(tags, capfd):
     tagged = b"," + tags
     datagram = b"/x\0\0" + tagged + bytes(4 - len(tagged) % 4) + struct.pack("!f", 0.5)
-    hearing = SampleCollector(OscDecoder())
-    hearing.accept_datagram(datagram, ("stranger", 1))
-    assert (hearing.accepted, hearing.refused) == (0, 1)
+    collector = SampleCollector(OscDecoder())
+    collector.accept_datagram(datagram, ("stranger", 1))
+    assert (collector.accepted, collector.refused) == (0, 1)
     assert capfd.readouterr() == ("", "")
 
 

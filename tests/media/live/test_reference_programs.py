@@ -82,26 +82,26 @@ def transmitter(schema):
 @pytest.mark.parametrize("count", range(5), ids="segments {}".format)
 @pytest.mark.parametrize("encoding", Encoding, ids=lambda it: it.name)
 def test_hearing_takes_every_sample_of_reference_sender(transmitter, encoding, count):
-    hearing, sender = SampleCollector(OpenTrackIODecoder()), transmitter(encoding, count)
+    collector, sender = SampleCollector(OpenTrackIODecoder()), transmitter(encoding, count)
     datagrams = [it for _ in range(COUNT) for it in sender._create_opentrackio_packet()]
     for datagram in datagrams:
-        hearing.accept_datagram(datagram, ("127.0.0.1", 1))
-    assert (hearing.accepted, hearing.refused, hearing.lost) == (len(datagrams), 0, 0)
-    assert hearing.sources.version == COUNT
-    sample = hearing.sources.source_state().sample
+        collector.accept_datagram(datagram, ("127.0.0.1", 1))
+    assert (collector.accepted, collector.refused, collector.lost) == (len(datagrams), 0, 0)
+    assert collector.sources.version == COUNT
+    sample = collector.sources.source_state().sample
     assert sample is not None and sample.source == f"urn:uuid:{sender._source_uuid}"
     assert (sample.focus_distance_m, sample.f_stop, sample.pupil_offset_mm) == (10.0, 4.0, 123.0)
 
 
 def test_hearing_follows_restarted_reference_sender(transmitter):
     now = [0.0]
-    hearing = SampleCollector(OpenTrackIODecoder(), lambda: now[0])
+    collector = SampleCollector(OpenTrackIODecoder(), lambda: now[0])
     for port in range(3):
         sender = transmitter(Encoding.JSON, 2)
         now[0] += 60.0
         for datagram in sender._create_opentrackio_packet():
-            hearing.accept_datagram(datagram, ("127.0.0.1", port))
-        sample = hearing.sources.source_state().sample
+            collector.accept_datagram(datagram, ("127.0.0.1", port))
+        sample = collector.sources.source_state().sample
         assert sample is not None and sample.source == f"urn:uuid:{sender._source_uuid}"
 
 

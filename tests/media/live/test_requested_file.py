@@ -25,9 +25,9 @@ def test_tev_open_image_shows_file_until_another_image_comes(server, tmp_path):
     with client_of(server) as client:
         client.open_image(str(path))
     settle(server)
-    opened = server.snapshot()
-    assert opened.path == path and server.problem is None and server.refused == 0
-    np.testing.assert_array_equal(opened.depth_m, distances())
+    snapshot = server.snapshot()
+    assert snapshot.path == path and server.problem is None and server.refused == 0
+    np.testing.assert_array_equal(snapshot.depth_m, distances())
     version = server.version
     write_file(path, rgb() | {"Z": 2 * distances()})
     with client_of(server) as client:

@@ -112,10 +112,10 @@ def test_tev_server_survives_noise(server, data):
 
 def test_tev_snapshot_of_damaged_image_is_plate_or_message(server):
     """The channels may hold any bits."""
-    chance = random.Random(4)
+    rng = random.Random(4)
     for _ in range(40):
-        values = np.frombuffer(chance.randbytes(9 * 6 * 4 * 4), "<f4").reshape(6, 9, 4)
-        values = np.where(chance.random() < 0.5, values, np.float32(chance.choice([0, np.nan])))
+        values = np.frombuffer(rng.randbytes(9 * 6 * 4 * 4), "<f4").reshape(6, 9, 4)
+        values = np.where(rng.random() < 0.5, values, np.float32(rng.choice([0, np.nan])))
         send(server, bytes(client_packet.create_image("bits", 9, 6, CHANNELS)))
         send(server, bytes(client_packet.update_image("bits", values, CHANNELS)))
         settle(server)

@@ -59,12 +59,12 @@ def test_tev_server_keeps_client_waiting_while_no_file_handle_is_free(server):
     import resource
 
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    with socket.socket() as late:
-        free = os.dup(late.fileno())  # the lowest one
+    with socket.socket() as late_socket:
+        free = os.dup(late_socket.fileno())  # the lowest one
         os.close(free)
         resource.setrlimit(resource.RLIMIT_NOFILE, (free, hard))
         try:
-            late.connect(server.address)
+            late_socket.connect(server.address)
             wait_until(lambda: server.fault is not None)
         finally:
             resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))

@@ -147,7 +147,7 @@ def test_read_plate_rejects_truncated_deep_file(tmp_path, part):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message_part"),
     [
         (PlateOptions(depth_convention="inverse"), "--depth-convention"),
         (PlateOptions(depth_kind="radial"), "--depth-kind"),
@@ -156,9 +156,9 @@ def test_read_plate_rejects_truncated_deep_file(tmp_path, part):
         (PlateOptions(color_layer="sub"), "no R, G, B, A and Z in the layer 'sub'"),
     ],
 )
-def test_read_plate_rejects_options_that_deep_files_cannot_follow(tmp_path, options, said):
+def test_read_plate_rejects_options_that_deep_files_cannot_follow(tmp_path, options, message_part):
     path = write_deep(tmp_path / "deep.exr", [[(0.5, 1.0, 2.0)]], (1, 1))
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message_part):
         read_plate(path, options)
 
 

@@ -32,9 +32,9 @@ def path(tmp_path: Path) -> Path:
     return write_file(tmp_path / "plate.exr", rgb(4, 6) | {"Z": RAMP})
 
 
-def options_for(convention: DepthConvention, **more: float) -> PlateOptions:
+def options_for(convention: DepthConvention, **fields: float) -> PlateOptions:
     ends = ENDS if convention.facts.takes_ends else {}
-    return PlateOptions(depth_convention=convention, **ends, **more)
+    return PlateOptions(depth_convention=convention, **ends, **fields)
 
 
 @pytest.mark.parametrize("convention", CHOSEN)

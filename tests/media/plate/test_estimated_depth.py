@@ -206,7 +206,7 @@ def test_network_file_is_an_input_of_its_frames(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message_part"),
     [
         (lambda path: path.write_bytes(b"no network"), "not a network"),
         (lambda path: None, "not there"),
@@ -215,11 +215,11 @@ def test_network_file_is_an_input_of_its_frames(tmp_path):
     ],
     ids=["another file", "missing", "channels", "not a number"],
 )
-def test_read_plate_rejects_wrong_network_by_name(tmp_path, make, told):
+def test_read_plate_rejects_wrong_network_by_name(tmp_path, make, message_part):
     network = tmp_path / "n.onnx"
     make(network)
     picture = write_picture(tmp_path / "p.png", two_halves(0.2, 0.8))
-    with pytest.raises(InputError, match=told) as refusal:
+    with pytest.raises(InputError, match=message_part) as refusal:
         read_plate(picture, options(network))
     assert str(network) in str(refusal.value)
 

@@ -34,9 +34,9 @@ def patch_attribute(path, name: str, value: bytes, at: int = 0):
 def test_check_exr_accepts_constant_picture_in_any_compression(tmp_path, compression, value):
     """These are the smallest files: 1,024 pixels a side, in half, float and uint."""
     plane = np.full((1024, 1024), value, np.float32)
-    named = {"R": plane.astype(np.float16), "G": plane, "I": plane.astype(np.uint32)}
+    channels = {"R": plane.astype(np.float16), "G": plane, "I": plane.astype(np.uint32)}
     path = tmp_path / "a.exr"
-    write_file(path, named, compression=getattr(OpenEXR, compression))
+    write_file(path, channels, compression=getattr(OpenEXR, compression))
     check_exr(path)
 
 

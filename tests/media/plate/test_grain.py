@@ -105,12 +105,12 @@ def test_despike_reduces_spike_by_how_much_it_outshines_neighbors(ratio, y, x):
     assert np.array_equal(color, original)
 
 
-@pytest.mark.parametrize(("own_m", "kept"), [(5.0, False), (4.0, True), (np.inf, True)])
-def test_despike_keeps_lamp_with_its_own_depth(own_m, kept):
+@pytest.mark.parametrize(("own_m", "is_lamp_kept"), [(5.0, False), (4.0, True), (np.inf, True)])
+def test_despike_keeps_lamp_with_its_own_depth(own_m, is_lamp_kept):
     color, depth = np.full((9, 9, 4), 0.1, np.float32), np.full((9, 9), 5.0, np.float32)
     color[4, 4], depth[4, 4] = 50.0, own_m
-    assert despike(color, depth) == (0 if kept else 1)
-    assert (color[4, 4, 0] == 50.0) == kept
+    assert despike(color, depth) == (0 if is_lamp_kept else 1)
+    assert (color[4, 4, 0] == 50.0) == is_lamp_kept
 
 
 @pytest.mark.parametrize("behind_m", [8.0, np.inf])

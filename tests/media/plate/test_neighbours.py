@@ -209,9 +209,11 @@ def test_with_neighbours_places_overscan_frames_by_their_windows():
         first_surface_behind(narrow),
         first_surface_behind(wide),
     )
-    both = np.isfinite(depth) & np.isfinite(its_depth)
-    assert both.sum() > 500
-    assert np.allclose(depth[both], its_depth[both]) and np.allclose(color[both], its_color[both])
+    are_finite = np.isfinite(depth) & np.isfinite(its_depth)
+    assert are_finite.sum() > 500
+    assert np.allclose(depth[are_finite], its_depth[are_finite]) and np.allclose(
+        color[are_finite], its_color[are_finite]
+    )
     truth = view_of_cards(0.0, size=(SIZE[0], SIZE[1] + 16)).plate
     assert np.allclose(wide.color[8:-8], truth.color, atol=2e-3)
 

@@ -87,7 +87,7 @@ def test_standing_ignores_grain():
 
 def textured_plate():
     """Return a plate with a pattern on its wall."""
-    plate, chance = view_of_cards(0.0).plate, np.random.default_rng(2)
-    pattern = chance.uniform(0.5, 1.5, plate.depth_m.shape)[..., None]
+    plate, rng = view_of_cards(0.0).plate, np.random.default_rng(2)
+    pattern = rng.uniform(0.5, 1.5, plate.depth_m.shape)[..., None]
     color = np.concatenate([plate.color[..., :3] * pattern, plate.color[..., 3:]], -1)
     return replace(plate, pixels=ReadPixels(color.astype(np.float32), plate.depth_m))

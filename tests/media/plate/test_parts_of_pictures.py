@@ -16,8 +16,8 @@ def decode_srgb(value):
     return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
 
 
-def save_png(path, pixels, **more):
-    Image.fromarray(pixels).save(path, **more)
+def save_png(path, pixels, **options):
+    Image.fromarray(pixels).save(path, **options)
     return path
 
 

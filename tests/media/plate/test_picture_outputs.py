@@ -96,7 +96,7 @@ def test_render_keep_channels_places_part_by_its_window(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message_part"),
     [
         (("-o", "o.exr", "--keep-channels", "diffus"), "Did you mean diffuse?"),
         (("-o", "o.png", "--keep-channels", "all"), "for EXR"),
@@ -111,9 +111,11 @@ def test_render_keep_channels_places_part_by_its_window(tmp_path, capsys):
         ),
     ],
 )
-def test_render_rejects_impossible_keep_channels(plate, tmp_path, monkeypatch, capsys, words, said):
+def test_render_rejects_impossible_keep_channels(
+    plate, tmp_path, monkeypatch, capsys, words, message_part
+):
     monkeypatch.chdir(tmp_path)
-    assert said in stderr_of_run(capsys, 2, "render", plate, *words, *LENS)
+    assert message_part in stderr_of_run(capsys, 2, "render", plate, *words, *LENS)
     assert not (tmp_path / words[1]).exists()
 
 
@@ -136,11 +138,13 @@ def test_render_through_pipe_equals_render_of_files(plate, tmp_path, capsys):
     )
 
 
-@pytest.mark.parametrize(("data", "said"), [(b"", "is empty"), (b"text", "neither an EXR nor")])
-def test_info_rejects_piped_data_that_is_no_picture(data, said, capsys, monkeypatch):
+@pytest.mark.parametrize(
+    ("data", "message_part"), [(b"", "is empty"), (b"text", "neither an EXR nor")]
+)
+def test_info_rejects_piped_data_that_is_no_picture(data, message_part, capsys, monkeypatch):
     stdin = SimpleNamespace(buffer=io.BytesIO(data), isatty=lambda: False)
     monkeypatch.setattr(sys, "stdin", stdin)
-    assert said in stderr_of_run(capsys, 2, "info", "-")
+    assert message_part in stderr_of_run(capsys, 2, "info", "-")
 
 
 def test_info_and_compare_read_from_pipe(plate, capsys, monkeypatch):

@@ -15,20 +15,20 @@ LENS = Lens(50.0, 2.0, 3.0, 36.0)
 WHITE = np.ones((6, 8, 4), np.float32)
 
 
-def read_plate_with_display(tmp_path, shown, **header):
+def read_plate_with_display(tmp_path, display_window, **header):
     """Read a plate of 8x6 pixels at (0, 0) with the display window `shown`."""
     channels = rgb(6, 8) | {"Z": distances()}
-    windows = {"dataWindow": window(0, 0, 8, 6), "displayWindow": window(*shown)}
+    windows = {"dataWindow": window(0, 0, 8, 6), "displayWindow": window(*display_window)}
     return read_plate(write_file(tmp_path / "p.exr", channels, **windows, **header))
 
 
 @pytest.mark.parametrize("suffix", [".png", ".jpg", ".tif"])
-@pytest.mark.parametrize("shown", [(2, 1, 6, 5), (-2, -3, 10, 8), (4, 2, 12, 4)])
-def test_write_picture_to_8_bit_file_shows_display_window(tmp_path, suffix, shown):
+@pytest.mark.parametrize("display_window", [(2, 1, 6, 5), (-2, -3, 10, 8), (4, 2, 12, 4)])
+def test_write_picture_to_8_bit_file_shows_display_window(tmp_path, suffix, display_window):
     """Overscan is cut off, and regions that the renderer left out are black."""
     path = tmp_path / f"o{suffix}"
-    write_picture(path, WHITE, read_plate_with_display(tmp_path, shown), LENS, 1.0)
-    x0, y0, x1, y1 = shown
+    write_picture(path, WHITE, read_plate_with_display(tmp_path, display_window), LENS, 1.0)
+    x0, y0, x1, y1 = display_window
     y, x = np.mgrid[y0:y1, x0:x1]
     expected = 255.0 * ((x >= 0) & (x < 8) & (y >= 0) & (y < 6))
     with Image.open(path) as picture:

@@ -140,8 +140,8 @@ def test_deep_samples_add_visible_surface_missing_from_list():
     np.testing.assert_allclose(samples[4, :3], np.float32([0.25, 0.5, 1]) / 2, rtol=1e-2)
 
 
-def write_and_read_deep(path, plate, **more):
-    write_deep(path, plate, {"owner": "me"}, **more)
+def write_and_read_deep(path, plate, **options):
+    write_deep(path, plate, {"owner": "me"}, **options)
     deep_file = OpenEXR.File(str(path), separate_channels=True)
     return deep_file.header(), {
         name: channel.pixels for name, channel in deep_file.channels().items()

@@ -64,7 +64,7 @@ def test_open_picture_of_pfm_is_upright(tmp_path, count, order):
 
 
 @pytest.mark.parametrize(
-    ("data", "told"),
+    ("data", "message_part"),
     [
         (b"", "not a PFM"),
         (b"P6\n2 2\n255\n" + bytes(12), "not a PFM"),
@@ -74,8 +74,8 @@ def test_open_picture_of_pfm_is_upright(tmp_path, count, order):
         (b"PF\n" + b"9" * 5000, "not a PFM"),
     ],
 )
-def test_open_picture_rejects_damaged_pfm(tmp_path, data, told):
+def test_open_picture_rejects_damaged_pfm(tmp_path, data, message_part):
     path = tmp_path / "p.pfm"
     path.write_bytes(data)
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=message_part):
         open_picture(path)

@@ -210,12 +210,12 @@ def test_find_sequence_rejects_date_as_frame_number(tmp_path):
 
 def test_find_sequence_lists_folder_only_once(tmp_path, monkeypatch):
     touch(tmp_path, *(f"a.{frame:04d}.exr" for frame in range(3000)))
-    looks = []
+    listings = []
     scandir = os.scandir
-    monkeypatch.setattr(sequence_module.os, "scandir", lambda f: looks.append(f) or scandir(f))
+    monkeypatch.setattr(sequence_module.os, "scandir", lambda f: listings.append(f) or scandir(f))
     for name in ("a.####.exr", "a.#.exr", "a.0007.exr", ""):
         assert len(find_sequence(tmp_path / name).present) == 3000
-    assert len(looks) == 4
+    assert len(listings) == 4
 
 
 @given(frames=st.sets(st.integers(-50, 50), min_size=1))

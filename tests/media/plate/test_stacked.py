@@ -60,11 +60,11 @@ def test_stacked_lists_match_loop_over_pixels(surfaces):
     expected_lists = [fragments_of(surfaces, pixel) for pixel in range(6)]
     has_lists = any(len(fragments) > 1 for fragments in expected_lists)
     for pixel, expected in enumerate(expected_lists):
-        shown, left = np.zeros(4), 1.0
+        light, left = np.zeros(4), 1.0
         for _, cover, red in expected:
-            shown += left * cover * np.array([red, red, red, 1.0])
+            light += left * cover * np.array([red, red, red, 1.0])
             left *= 1 - cover
-        np.testing.assert_allclose(stack.color.reshape(-1, 4)[pixel], shown, atol=1e-6)
+        np.testing.assert_allclose(stack.color.reshape(-1, 4)[pixel], light, atol=1e-6)
         nearest = expected[0][0] if expected else np.inf
         assert stack.depth_m.ravel()[pixel] == nearest
         has_front, listed = list_of(stack.lists, pixel)

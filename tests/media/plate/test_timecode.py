@@ -29,15 +29,15 @@ def timecodes(draw):
 
 
 @given(timecodes(), st.integers(-(10**7), 10**7))
-def test_timecode_later_and_back_is_unchanged(made, frames):
-    code, rate = made
+def test_timecode_later_and_back_is_unchanged(timecode, frames):
+    code, rate = timecode
     assert code.add_frames(frames, rate).add_frames(-frames, rate) == code
     assert code.add_frames(0, rate) == code
 
 
 @given(timecodes())
-def test_timecodes_of_adjacent_frames_differ_and_read_back(made):
-    code, rate = made
+def test_timecodes_of_adjacent_frames_differ_and_read_back(timecode):
+    code, rate = timecode
     assert code.add_frames(1, rate) != code and timecode_of({"timecode": str(code)}) == code
     exr_value = exr_timecode(code)
     assert timecode_of({"timeCode": exr_value}) == (code if code.frames < 30 else None)

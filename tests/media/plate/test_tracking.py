@@ -89,17 +89,17 @@ def test_tracked_continues_from_corrected_click():
 
 
 @pytest.mark.parametrize(
-    ("click", "told"),
+    ("click", "message_part"),
     [(Click(99, 10, 10), "99"), (Click(1, 5000, 10), "5000"), (Click(2, 10, 10), "sky")],
 )
-def test_tracked_rejects_impossible_clicks(click, told):
+def test_tracked_rejects_impossible_clicks(click, message_part):
     def plate_at(frame):
         plate = Walk().plate(frame)
         if frame == 2:
             plate.depth_m[:] = np.inf
         return plate
 
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=message_part):
         track_mark(TrackMark("A", (click,)), FrameRange(1, 3), plate_at, lambda words: None)
 
 

@@ -128,16 +128,16 @@ def test_read_scene_does_not_wait_for_pipe(tmp_path, pipe):
 
 @pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])
 def test_read_camera_rejects_pipe(tmp_path, pipe, suffix):
-    named = pipe.rename(tmp_path / f"cam{suffix}")
+    renamed = pipe.rename(tmp_path / f"cam{suffix}")
     with pytest.raises(InputError, match="not a file"):
-        read_camera(str(named))
+        read_camera(str(renamed))
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".gltf", ".obj", ".ply", ".stl", ".usda"])
 def test_read_scene_rejects_pipe(tmp_path, pipe, suffix):
-    named = pipe.rename(tmp_path / f"a{suffix}")
+    renamed = pipe.rename(tmp_path / f"a{suffix}")
     with pytest.raises(InputError, match="not a file"):
-        read_scene(named)
+        read_scene(renamed)
 
 
 def test_read_scene_of_usd_rejects_device_as_texture(tmp_path, pipe):

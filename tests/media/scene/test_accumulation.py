@@ -77,9 +77,9 @@ class Lab:
 
 @pytest.fixture(scope="module")
 def lab(session_context: Device) -> Iterator[Lab]:
-    held = Lab(session_context)
-    yield held
-    held.raster.release()
+    lab = Lab(session_context)
+    yield lab
+    lab.raster.release()
 
 
 def spread(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

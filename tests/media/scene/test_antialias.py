@@ -46,12 +46,14 @@ class Lab:
                 found += download(self.out)[..., :3]
         return found / across**2
 
-    def antialiased(self, across: int, own: Antialias | None = None) -> tuple[np.ndarray, ...]:
+    def antialiased(
+        self, across: int, antialias: Antialias | None = None
+    ) -> tuple[np.ndarray, ...]:
         """Return the antialiased picture (H, W, 3), and which pixels were changed (H, W)."""
-        own = own or Antialias(self.ctx, self.raster)
-        for _ in own.steps(self.view, across, 1, "key"):
+        antialias = antialias or Antialias(self.ctx, self.raster)
+        for _ in antialias.steps(self.view, across, 1, "key"):
             pass
-        picture = own.picture(SIZE)
+        picture = antialias.picture(SIZE)
         return download(picture.mean)[..., :3], download(picture.done) > 0
 
 

@@ -19,10 +19,10 @@ VIEW = SceneView(np.eye(4), (12, 8), 10.0, np.inf, 0.1, 100.0)
 RED, GREEN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
-def panes_before_wall(*alphas, **more):
+def panes_before_wall(*alphas, **fields):
     """Return a scene of red panes one behind the other, and a green wall."""
     glass_materials = [
-        replace(lamp(RED), base_alpha=alpha, is_blended=True, **more) for alpha in alphas
+        replace(lamp(RED), base_alpha=alpha, is_blended=True, **fields) for alpha in alphas
     ]
     places = [(i, placement(z=-2.0 - i)) for i in range(len(alphas) + 1)]
     meshes = [plane(20.0, material=i) for i in range(len(alphas) + 1)]

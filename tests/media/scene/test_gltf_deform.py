@@ -30,8 +30,13 @@ def skinned_square(shares, attributes=(), joints=None, matrices=None):
     writer = GltfWriter()
     weights = np.pad(np.float32(shares), ((0, 0), (0, 2)))
     numbers = np.tile(np.uint8([0, 1, 0, 0]), (4, 1)) if joints is None else joints
-    named = {"NORMAL": UP, "JOINTS_0": numbers, "WEIGHTS_0": weights, **dict(attributes)}
-    mesh = writer.mesh(SQUARE, SQUARE_CORNERS, named)
+    attributes_by_name = {
+        "NORMAL": UP,
+        "JOINTS_0": numbers,
+        "WEIGHTS_0": weights,
+        **dict(attributes),
+    }
+    mesh = writer.mesh(SQUARE, SQUARE_CORNERS, attributes_by_name)
     bones = [writer.node(translation=[0, 1, 0]), writer.node()]
     skin = {"joints": bones}
     if matrices is not None:
@@ -247,5 +252,5 @@ def test_ray_tracer_and_raster_show_moving_shape_alike(session_context):
     assert pictures[0].sum() == pictures[1].sum() == 16  # 4 x 4 pixels
     np.testing.assert_array_equal(pictures[2], pictures[0])
     np.testing.assert_array_equal(pictures[1][:, 4:], pictures[0][:, :12])
-    for held in (rays, raster, out):
-        held.release()
+    for resource in (rays, raster, out):
+        resource.release()

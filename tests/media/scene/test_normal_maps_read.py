@@ -58,22 +58,22 @@ def test_gltf_mesh_without_normal_map_has_no_tangents(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("tangents", "said"),
+    ("tangents", "message_part"),
     [
         (TOLD[:3], "3 of TANGENT"),
         (TOLD[:, :3].copy(), "VEC3"),
     ],
 )
-def test_gltf_invalid_tangents_are_rejected(tmp_path, tangents, said):
-    with pytest.raises(InputError, match=said):
+def test_gltf_invalid_tangents_are_rejected(tmp_path, tangents, message_part):
+    with pytest.raises(InputError, match=message_part):
         write_and_read(square_with_normal_map({"NORMAL": NORMALS, "TANGENT": tangents}), tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("info", "said"), [({"index": 7}, "only 1 of them"), ({"scale": "steep"}, "a number")]
+    ("info", "message_part"), [({"index": 7}, "only 1 of them"), ({"scale": "steep"}, "a number")]
 )
-def test_gltf_invalid_normal_texture_is_rejected(tmp_path, info, said):
-    with pytest.raises(InputError, match=f"normalTexture.*{said}"):
+def test_gltf_invalid_normal_texture_is_rejected(tmp_path, info, message_part):
+    with pytest.raises(InputError, match=f"normalTexture.*{message_part}"):
         write_and_read(square_with_normal_map(**info), tmp_path)
 
 

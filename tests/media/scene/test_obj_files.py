@@ -74,8 +74,8 @@ def test_files_of_obj_ignores_names_outside_the_folder(tmp_path, name):
     for text in (f"mtllib {name}\n{TRIANGLE}", f"mtllib look.mtl\n{TRIANGLE}"):
         (folder / "look.mtl").write_text(f"newmtl skin\nmap_Kd {name}\n")
         (folder / "mesh.obj").write_text(text)
-        named = files_of_obj(folder / "mesh.obj")
-        assert all(path.is_relative_to(folder.resolve()) for path in named)
+        files = files_of_obj(folder / "mesh.obj")
+        assert all(path.is_relative_to(folder.resolve()) for path in files)
         assert read_scene(folder / "mesh.obj").triangle_count == 1
 
 

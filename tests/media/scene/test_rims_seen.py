@@ -24,9 +24,9 @@ FAR_LAMP = (0, placement(-0.05, 0.0, -3.0))
 
 @pytest.fixture
 def raster(session_context: Device) -> Iterator[SceneRaster]:
-    held = SceneRaster(session_context)
-    yield held
-    held.release()
+    raster = SceneRaster(session_context)
+    yield raster
+    raster.release()
 
 
 def render_lamps(

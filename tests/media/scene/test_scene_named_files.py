@@ -153,8 +153,8 @@ def test_named_files_ignores_paths_that_reading_rejects(tmp_path, uri):
     (tmp_path / "in" / "loop").symlink_to("loop")
     path = tmp_path / "in" / "scene.gltf"
     path.write_bytes(square_scene().gltf(uri))
-    named = named_files(path)
-    assert named == () or named == ((tmp_path / "in").resolve() / "loop",)
+    files = named_files(path)
+    assert files == () or files == ((tmp_path / "in").resolve() / "loop",)
     with pytest.raises(InputError, match="buffers"):
         read_scene(path)
 
@@ -178,8 +178,8 @@ def test_named_files_of_any_lists_stay_in_folder_or_raise(tmp_path_factory, buff
     path = tmp_path_factory.mktemp("any") / "scene.gltf"
     path.write_text(json.dumps({"buffers": buffers, "images": images}), "utf-8")
     try:
-        named = named_files(path)
+        files = named_files(path)
     except InputError as error:
         assert "scene.gltf" in str(error)
     else:
-        assert all(file.is_relative_to(path.parent.resolve()) for file in named)
+        assert all(file.is_relative_to(path.parent.resolve()) for file in files)

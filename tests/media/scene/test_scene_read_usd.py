@@ -179,8 +179,10 @@ def test_usd_values_of_another_kind_are_rejected(tmp_path, name, other):
     path = tmp_path / "a.usda"
     path.write_text(MESH)
     assert usd_scene(str(path)).triangle_count == 1
-    kept = [line for line in MESH.splitlines() if not line.strip().startswith(name.strip())]
-    path.write_text("\n".join([*kept[:-1], other, "}"]))
+    lines_without = [
+        line for line in MESH.splitlines() if not line.strip().startswith(name.strip())
+    ]
+    path.write_text("\n".join([*lines_without[:-1], other, "}"]))
     with pytest.raises(InputError, match=r"a\.usda") as refusal:
         usd_scene(str(path))
     assert len(str(refusal.value).splitlines()) == 1

@@ -43,27 +43,27 @@ def parse_options(*words, has_rate=False):
 
 def test_timing_of_options_gives_timing_or_none():
     assert given_timing(parse_options(), "a.glb") is None
-    given = parse_options("--clip=2", "--fps=25", "--first-frame=101")
-    assert given_timing(given, "a.glb") == BLENDER
+    options = parse_options("--clip=2", "--fps=25", "--first-frame=101")
+    assert given_timing(options, "a.glb") == BLENDER
     assert given_timing(parse_options("--first-frame=5"), "a.gltf") == SceneTiming(None, 24.0, 5)
     with pytest.raises(InputError, match="0"):
         given_timing(parse_options("--fps=0"), "a.glb")
 
 
 def test_given_timing_ignores_movie_rate_for_usd_scene():
-    given = parse_options("--fps=25", has_rate=True)
-    assert given_timing(given, "a.usdc") is None
-    assert given_timing(given, "a.glb") == SceneTiming(None, 25.0)
+    options = parse_options("--fps=25", has_rate=True)
+    assert given_timing(options, "a.usdc") is None
+    assert given_timing(options, "a.glb") == SceneTiming(None, 25.0)
 
 
 def test_shot_source_and_camera_use_same_scene_timing(path, tmp_path):
     shot = first_shot(path, timing=BLENDER).shot
     assert (shot.frames, shot.frames_per_second) == (FrameRange(101, 126), 25.0)
     write_shot(tmp_path / "s.heatlens.json", shot)
-    kept = read_shot(tmp_path / "s.heatlens.json")
-    assert kept.framing == shot.framing and kept.framing.timing == BLENDER
-    assert source_of(kept).frames_of(kept) == tuple(range(101, 127))
-    camera = camera_of_shot(kept, "hero")
+    saved_shot = read_shot(tmp_path / "s.heatlens.json")
+    assert saved_shot.framing == shot.framing and saved_shot.framing.timing == BLENDER
+    assert source_of(saved_shot).frames_of(saved_shot) == tuple(range(101, 127))
+    camera = camera_of_shot(saved_shot, "hero")
     assert (camera.frames, camera.frames_per_second) == (tuple(range(101, 127)), 25.0)
     across = [np.linalg.inv(place)[0, 3] for place in camera.world_to_camera]
     assert across == pytest.approx(list(range(26)), abs=1e-5)
@@ -76,10 +76,10 @@ def test_opened_scene_keeps_its_timing(path):
 
 
 def test_another_sensor_width_keeps_field_of_view(path):
-    begun = first_shot(path)
-    assert "assumed" in begun.sources["sensor_width_mm"]
+    first = first_shot(path)
+    assert "assumed" in first.sources["sensor_width_mm"]
     small = first_shot(path, given_fields={"sensor_width_mm": 18.0}).shot.lens
-    assert small.focal_length_mm == pytest.approx(begun.shot.lens.focal_length_mm / 2)
-    assert lens_with_fields(begun, {"sensor_width_mm": 18.0}) == small
+    assert small.focal_length_mm == pytest.approx(first.shot.lens.focal_length_mm / 2)
+    assert lens_with_fields(first, {"sensor_width_mm": 18.0}) == small
     both = {"sensor_width_mm": 18.0, "focal_length_mm": 50.0}
     assert first_shot(path, given_fields=both).shot.lens.focal_length_mm == 50.0

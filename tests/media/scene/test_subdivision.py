@@ -14,8 +14,8 @@ FACES = np.array(
 )
 
 
-def cube(**more):
-    return Polygons(CUBE, np.full(6, 4), FACES.reshape(-1), **more)
+def cube(**fields):
+    return Polygons(CUBE, np.full(6, 4), FACES.reshape(-1), **fields)
 
 
 def edges_of(faces):
@@ -89,9 +89,9 @@ def test_subdivision_commutes_with_rigid_motion(seed):
     faces = [random.permutation(9)[: random.integers(3, 7)] for _ in range(random.integers(1, 8))]
     counts, corners = np.array([len(face) for face in faces]), np.concatenate(faces)
     turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
-    here, there = (
+    subdivided, reference = (
         subdivide(subdivide(Polygons(at, counts, corners))) for at in (points, points @ turn + 5)
     )
-    np.testing.assert_allclose(here.points @ turn + 5, there.points, atol=1e-9)
-    assert np.isfinite(corner_normals(here)).all()
-    assert (here.points.max(axis=0) <= points.max(axis=0) + 1e-9).all()
+    np.testing.assert_allclose(subdivided.points @ turn + 5, reference.points, atol=1e-9)
+    assert np.isfinite(corner_normals(subdivided)).all()
+    assert (subdivided.points.max(axis=0) <= points.max(axis=0) + 1e-9).all()

@@ -27,12 +27,12 @@ LENS = Lens(100.0, 1.4, 2.0, 36.0)
 @pytest.fixture(scope="module")
 def raster(session_context: Device) -> Iterator[SceneRaster]:
     """Return a raster of two large lamps, one in front of the focus and one behind it."""
-    held = SceneRaster(session_context)
+    raster = SceneRaster(session_context)
     places = [(0, placement(0.12, 0.1, -1.4)), (0, placement(-0.4, -0.3, -5.0))]
-    held.load(scene_of([sphere(0.08, 3)], places, [lamp((8.0, 5.0, 3.0))], daylight=NIGHT))
-    held.place(1)
-    yield held
-    held.release()
+    raster.load(scene_of([sphere(0.08, 3)], places, [lamp((8.0, 5.0, 3.0))], daylight=NIGHT))
+    raster.place(1)
+    yield raster
+    raster.release()
 
 
 @pytest.mark.parametrize(
@@ -71,19 +71,19 @@ def test_accumulated_views_show_opening_image_as_disc_does(
     """The image is upright behind the focus, turned by 180 degrees before it, never mirrored."""
     size, rim = (48, 32), 0.6
     lens = replace(LENS, f_stop=0.2, aperture_image=letter())
-    held = SceneRaster(session_context)
+    raster = SceneRaster(session_context)
     lamps = [sphere(0.012 * depth_m, 3)], [(0, placement(0, 0, -depth_m))], [lamp((8.0, 8.0, 8.0))]
-    held.load(scene_of(*lamps, daylight=NIGHT))
-    held.place(1)
+    raster.load(scene_of(*lamps, daylight=NIGHT))
+    raster.place(1)
     view = view_of(Pose(), lens, size, np.array([(-9, -9, -9.0), (9, 9, -0.1)]))
     out = new_texture(session_context, size, 4)
-    views = Accumulation(session_context, held)
+    views = Accumulation(session_context, raster)
     list(views.steps(view, pupil_of(replace(lens, rim=rim)), 128, out, "rim"))
     light = float(download(out)[..., 1].sum())
     list(views.steps(view, pupil_of(lens), 128, out, "flat"))
     shown = download(out)[..., 1]
     assert light == pytest.approx(float(shown.sum()), rel=0.03)  # of a rim too
-    for owned in (views, held):
+    for owned in (views, raster):
         owned.release()
     line = coc_line(lens, size[0])
     radius_px = (line.at_infinity_px + line.per_dioptre_px / depth_m) / 2

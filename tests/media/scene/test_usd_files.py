@@ -38,10 +38,10 @@ def scene(tmp_path) -> Path:
 
 
 def test_usd_files_include_layers_and_textures(scene):
-    named = {scene.parent.resolve() / name for name in ("prop.usda", "light.usda", "map.png")}
-    assert set(named_by_usd(str(scene))) == named
+    files = {scene.parent.resolve() / name for name in ("prop.usda", "light.usda", "map.png")}
+    assert set(named_by_usd(str(scene))) == files
     found = files_of_scene(scene)
-    assert found[0] == scene and set(found[1:]) == named
+    assert found[0] == scene and set(found[1:]) == files
 
 
 def test_named_by_usd_lists_missing_files(scene):

@@ -148,8 +148,8 @@ def test_vertex_color_multiplies_material_color(stage, metallic):
 def test_mesh_without_colors_is_unchanged_beside_colored_mesh(stage):
     left, right = placement(-0.8, scale=0.5), placement(0.8, scale=0.5)
     alone = scene_of([sphere(), sphere()], [(0, left), (1, right)])
-    both = replace(alone, meshes=(with_vertex_colors(sphere(), TINT), sphere()))
-    for seen, before in zip(stage.seen(both), stage.seen(alone), strict=True):
+    with_white_sphere = replace(alone, meshes=(with_vertex_colors(sphere(), TINT), sphere()))
+    for seen, before in zip(stage.seen(with_white_sphere), stage.seen(alone), strict=True):
         np.testing.assert_allclose(seen[:, 16:], before[:, 16:], atol=1e-5)
         assert np.abs(seen[:, :16] - before[:, :16]).max() > 0.05
 

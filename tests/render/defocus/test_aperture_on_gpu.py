@@ -66,16 +66,16 @@ class ApertureOnGpu:
 
 @pytest.fixture(scope="module")
 def on_gpu(session_context: Device) -> Iterator[ApertureOnGpu]:
-    made = ApertureOnGpu(session_context)
-    yield made
-    made.release()
+    gpu_aperture = ApertureOnGpu(session_context)
+    yield gpu_aperture
+    gpu_aperture.release()
 
 
 @pytest.fixture(scope="module")
 def shaped_on_gpu(session_context: Device) -> Iterator[ApertureOnGpu]:
-    made = ApertureOnGpu(session_context, "SHAPED", "COLORED")
-    yield made
-    made.release()
+    gpu_aperture = ApertureOnGpu(session_context, "SHAPED", "COLORED")
+    yield gpu_aperture
+    gpu_aperture.release()
 
 
 @settings(max_examples=25)

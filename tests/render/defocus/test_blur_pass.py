@@ -84,11 +84,11 @@ def random_plate(
 def test_blur_of_picture_in_texture_corner_ignores_the_rest(solver, rng):
     x, coc = random_plate(rng, (70, 21), 9.0)
     alone = run_blur(solver, x, coc, named_kernel("disc_4"), storage=PACKED)
-    beside = ((0, 7), (0, 5))
-    x = np.pad(x, (*beside, (0, 0)), constant_values=np.nan)
-    coc = np.pad(coc, beside, constant_values=np.nan)
-    more = run_blur(solver, x, coc, named_kernel("disc_4"), storage=PACKED, corner=(70, 21))
-    np.testing.assert_array_equal(more[:21, :70], alone)
+    margins = ((0, 7), (0, 5))
+    x = np.pad(x, (*margins, (0, 0)), constant_values=np.nan)
+    coc = np.pad(coc, margins, constant_values=np.nan)
+    with_rest = run_blur(solver, x, coc, named_kernel("disc_4"), storage=PACKED, corner=(70, 21))
+    np.testing.assert_array_equal(with_rest[:21, :70], alone)
 
 
 @pytest.mark.parametrize("kernel", [named_kernel("disc_4"), gaussian_kernel(3)], ids=str)

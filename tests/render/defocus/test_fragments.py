@@ -95,8 +95,8 @@ def lists_of_known_surface(
     depth_m = np.full(len(rgba), 1 / dioptres, np.float32)
     packed = packed_lists(hidden.ravel().astype(int), np.zeros(hidden.size, bool), rgba, depth_m)
     starts, words = (ctx.buffer(array.tobytes()) for array in (packed.starts, packed.words))
-    held = FragmentBuffers(starts, words, (hidden.shape[1], hidden.shape[0]), False)
-    return ListedFragments(held, CocLine(AT_INFINITY_PX, PER_DIOPTRE_PX))
+    buffers = FragmentBuffers(starts, words, (hidden.shape[1], hidden.shape[0]), False)
+    return ListedFragments(buffers, CocLine(AT_INFINITY_PX, PER_DIOPTRE_PX))
 
 
 @pytest.mark.parametrize(("far_coc", "is_used"), [(20.0, True), (1.0, False)])

@@ -43,8 +43,8 @@ def fill_hidden(
 
 def pad_with_nan(values: FloatArray) -> FloatArray:
     """Return a larger picture with `values` in its corner and NaN elsewhere."""
-    beside = ((0, PADDING_PX[1]), (0, PADDING_PX[0]), (0, 0))
-    return np.pad(values, beside, constant_values=np.nan)
+    margins = ((0, PADDING_PX[1]), (0, PADDING_PX[0]), (0, 0))
+    return np.pad(values, margins, constant_values=np.nan)
 
 
 def check_blocks(blocks: Buffer, hidden: np.ndarray) -> None:

@@ -206,9 +206,9 @@ def test_display_pass_rounds_to_nearest_8_bit_value(ctx, screen):
 def test_set_transform_reuses_compiled_program(ctx, film, config, monkeypatch):
     compiled = []
 
-    def counted(*arguments, **named):
+    def counted(*arguments, **keywords):
         compiled.append(arguments[1])
-        return ComputeProgram(*arguments, **named)
+        return ComputeProgram(*arguments, **keywords)
 
     monkeypatch.setattr(display_pass, "ComputeProgram", counted)
     screen = DisplayPass(ctx)

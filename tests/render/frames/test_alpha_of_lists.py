@@ -42,10 +42,10 @@ def plate_with(layers: list[Layer], has_alpha: bool = True) -> Plate:
 
 
 def render_through_lens(
-    renderer, plate: Plate, coc_px: float, bokeh: Bokeh = Bokeh.DISC, **more
+    renderer, plate: Plate, coc_px: float, bokeh: Bokeh = Bokeh.DISC, **settings
 ) -> Image:
     renderer.load(plate)
-    return renderer.pixels(Shot(lens_blurring(coc_px, WIDTH), DefocusSettings(bokeh, **more)))
+    return renderer.pixels(Shot(lens_blurring(coc_px, WIDTH), DefocusSettings(bokeh, **settings)))
 
 
 def smoke_and_cards(light: float) -> list[Layer]:

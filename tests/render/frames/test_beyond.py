@@ -31,9 +31,9 @@ def overscan():
 def crop_to_frame(wide):
     """Return the plate cropped to its display window, with its overscan as `beyond`."""
     inner = np.s_[BORDER:-BORDER, BORDER:-BORDER]
-    own = plate_of(wide.color[inner], wide.depth_m[inner])
+    cropped = plate_of(wide.color[inner], wide.depth_m[inner])
     shown = wide.display_window
-    return replace(own, data_window=shown, display_window=shown, with_border=wide)
+    return replace(cropped, data_window=shown, display_window=shown, with_border=wide)
 
 
 @pytest.mark.parametrize("method", [Method.DIFFUSION, Method.GATHER])
@@ -52,8 +52,8 @@ def test_plate_with_border_equals_overscan_render_cropped(renderer, overscan, me
 @pytest.mark.parametrize("proxy", [1.0, 0.5])
 def test_hidden_surfaces_are_used_with_and_without_border(renderer, proxy):
     """Check that a preview leaves out the border, but not the hidden surfaces."""
-    here, *others = (view_of_cards(0.2 * k, frame=k) for k in (0, -1, 1))
-    plate = with_neighbours(here, others, BORDER).plate
+    view, *others = (view_of_cards(0.2 * k, frame=k) for k in (0, -1, 1))
+    plate = with_neighbours(view, others, BORDER).plate
     shot = Shot(replace(LENS, focus_distance_m=10.0), DefocusSettings(proxy=proxy))
     pictures = []
     for loaded in (

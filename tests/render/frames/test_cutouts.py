@@ -43,8 +43,8 @@ def title_plate(title_m=NEAR_M, share=RING):
     return plate_of(over(share, TITLE, wall()), depth.astype(np.float32))
 
 
-def with_cutout(plate, share, **more):
-    return replace(plate, cutout=cut_out(plate.pixels, share, **more))
+def with_cutout(plate, share, **fields):
+    return replace(plate, cutout=cut_out(plate.pixels, share, **fields))
 
 
 def render_pixels(renderer, plate, settings=DIFFUSION):

@@ -99,8 +99,10 @@ def test_the_bins_are_those_of_every_surface_less_the_focus_offset(ctx):
     lists = plate.fragments
     for _ in on_gpu.load_steps(plate):
         pass
-    held = on_gpu.loaded
-    found = FocusOffsetSurvey(ctx).bins(held.depth, held.fragments, held.bins, focus_offset)
+    plate_before = on_gpu.loaded
+    found = FocusOffsetSurvey(ctx).bins(
+        plate_before.depth, plate_before.fragments, plate_before.bins, focus_offset
+    )
     y, x = np.mgrid[:32, :48] + 0.5
     nearer = focus_offset.dioptres_at(x, y)
     counts = np.diff(lists.starts >> 1)

@@ -59,9 +59,13 @@ def reduce_plate(ctx, passes, plate: Plate, proxy: float) -> tuple[Image, Image,
     capacity = proxy_list_capacity(ctx, whole, small)
     pixels = small[0] * small[1]
     buffers = ctx.buffer(reserve=4 * (pixels + 1)), ctx.buffer(reserve=FRAGMENT_BYTES * capacity)
-    held = FragmentBuffers(*buffers, small, lists.is_measured)
+    fragment_buffers = FragmentBuffers(*buffers, small, lists.is_measured)
     passes.proxy_lists.merge(
-        color, depth, whole, ProxyListMemory(held, capacity, ctx.buffer(reserve=4)), out_depth
+        color,
+        depth,
+        whole,
+        ProxyListMemory(fragment_buffers, capacity, ctx.buffer(reserve=4)),
+        out_depth,
     )
     made = np.frombuffer(buffers[0].read(), np.uint32)
     found = np.frombuffer(buffers[1].read(), np.uint32).reshape(-1, 3)[: made[-1] >> 1]

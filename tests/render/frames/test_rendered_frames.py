@@ -224,8 +224,8 @@ def test_fill_rejects_damaged_plate_and_renders_next(filler, tmp_path):
 
 
 def test_stamp_book_stamps_files_and_wakes_on_change(tmp_path):
-    woken = []
-    book = StampBook(lambda: woken.append(True))
+    wake_calls = []
+    book = StampBook(lambda: wake_calls.append(True))
     path, gone = room_file(tmp_path / "room.exr"), tmp_path / "gone.exr"
     files = {1: (path, gone), 2: ()}
     assert book.files(1) is None
@@ -241,7 +241,7 @@ def test_stamp_book_stamps_files_and_wakes_on_change(tmp_path):
         assert book.files(1) == (StampedFile(path, stamp_of(path)), StampedFile(gone, None))
         assert book.files(2) == () and book.files(3) is None
         states += [book.latest] if book.latest is not states[-1] else []
-        assert len(states) == count + 1 and len(woken) == count
+        assert len(states) == count + 1 and len(wake_calls) == count
     book.close()
 
 

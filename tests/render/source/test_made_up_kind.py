@@ -91,9 +91,9 @@ class OpenedFormula(Opened):
     frames = property(lambda self: FRAMES)
     notes = ("It is a formula.",)
 
-    def lens(self, given):
-        own = {"focal_length_mm": 50.0, "f_stop": 2.0, "focus_distance_m": 2.0}
-        return start_lens(plate_at(1), own | {"sensor_width_mm": 36.0} | dict(given))
+    def lens(self, given_fields):
+        lens_fields = {"focal_length_mm": 50.0, "f_stop": 2.0, "focus_distance_m": 2.0}
+        return start_lens(plate_at(1), lens_fields | {"sensor_width_mm": 36.0} | dict(given_fields))
 
     def shot(self, lens, defocus):
         return Shot(lens, defocus, self.text, self.options, frames=FRAMES)

@@ -164,16 +164,16 @@ def test_behind_out_file_gives_same_picture_as_neighbours(dolly, tmp_path, capsy
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message_part"),
     [
         (("--behind-out", "clean.exr"), "add --neighbours"),
         (("--neighbours", "2", "--behind-out", "clean.png"), "EXR"),
         (("--neighbours", "-1"), "0 to 64"),
     ],
 )
-def test_render_refuses_invalid_neighbour_options(dolly, tmp_path, capsys, words, told):
+def test_render_refuses_invalid_neighbour_options(dolly, tmp_path, capsys, words, message_part):
     shared = ("render", path_of(dolly, 4), "-o", tmp_path / "o.exr", *LENS)
-    assert told in stderr_of_run(capsys, 2, *shared, *words)
+    assert message_part in stderr_of_run(capsys, 2, *shared, *words)
     assert not (tmp_path / "o.exr").exists()
 
 

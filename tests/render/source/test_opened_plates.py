@@ -79,12 +79,12 @@ def test_shot_has_frame_rate_of_header_or_24(tmp_path):
 
 
 def test_read_ahead_counts_changes_and_wakes_loop(pattern):
-    woken = []
-    plates = open_plates_named(pattern, wake=lambda: woken.append(True))
+    wake_calls = []
+    plates = open_plates_named(pattern, wake=lambda: wake_calls.append(True))
     try:
         count_before = plates.change_count
         assert isinstance(plates.cache.read_and_wait(6, window=0), Plate)
-        assert plates.change_count > count_before and len(woken) == plates.change_count
+        assert plates.change_count > count_before and len(wake_calls) == plates.change_count
     finally:
         plates.close()
 
@@ -102,14 +102,14 @@ def wait_for_source(opener):
 
 
 def test_opener_keeps_failure_until_next_open(pattern, tmp_path):
-    woken = []
-    opener = SourceOpener(lambda: woken.append(True))
+    wake_calls = []
+    opener = SourceOpener(lambda: wake_calls.append(True))
     missing, options = str(tmp_path / "missing.exr"), PlateOptions(scene_unit_m=0.01)
     opener.open(missing, options)
     assert opener.opening == missing and opener.failure is None
     with pytest.raises(HeatlensError, match="missing"):
         wait_for_source(opener)
-    assert opener.opening is None and woken
+    assert opener.opening is None and wake_calls
     assert (opener.failure.text, opener.failure.options) == (missing, options)
     assert "missing" in opener.failure.message
     opener.open(pattern, PlateOptions(), frame=6)

@@ -54,14 +54,14 @@ def poll_until_idle(stream):
 
 def test_stream_delivers_each_frame_once_and_wakes_loop():
     with open_stream() as stream:
-        woken = []
-        stream.wake = lambda: woken.append(True)
+        wake_calls = []
+        stream.wake = lambda: wake_calls.append(True)
         assert stream.poll() is None  # nothing has been sent
         stream.begin(PlateOptions())
         assert stream.should_show and not stream.is_shown
         send_and_settle(stream, "one", picture())
         assert_shows(poll_next_plate(stream), picture())
-        assert woken and poll_until_idle(stream) == []
+        assert wake_calls and poll_until_idle(stream) == []
         send_and_settle(stream, "one", picture() + 1)
         assert_shows(poll_next_plate(stream), picture() + 1)
 

@@ -70,9 +70,9 @@ EXPECTED_CHANGES = {
 
 
 @pytest.fixture
-def session(walls):
-    walls.time.timeline.go_to(START_FRAME)
-    return walls
+def session(session):
+    session.time.timeline.go_to(START_FRAME)
+    return session
 
 
 @pytest.fixture

@@ -38,7 +38,7 @@ def cluster(tmp_path_factory):
 
 
 @pytest.fixture
-def own(tmp_path):
+def local_begin(tmp_path):
     """A cluster of its own, whose parts are killed."""
     with dask_cluster(tmp_path / "cluster", workers=1) as found:
         yield found
@@ -93,28 +93,28 @@ def wait_for_worker(session):
 
 def test_cluster_frames_equal_frames_rendered_here(begin, cluster, tmp_path):
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    here = wait_for_all_frames(begin(pattern))
+    local_frames = wait_for_all_frames(begin(pattern))
     session = begin(pattern, cluster.address)
     session.time.frames_ahead._rest_from_s = np.inf  # nothing is rendered before a worker is there
     wait_for_worker(session)
     session.time.frames_ahead._rest_from_s = 0.0
-    there = wait_for_all_frames(session)
+    cluster_frames = wait_for_all_frames(session)
     assert session.time.frames_ahead._filler is None
-    assert here.keys() == there.keys() and len(here) == len(FRAMES)
-    for key, pixels in here.items():
-        np.testing.assert_array_equal(pixels, there[key])
+    assert local_frames.keys() == cluster_frames.keys() and len(local_frames) == len(FRAMES)
+    for key, pixels in local_frames.items():
+        np.testing.assert_array_equal(pixels, cluster_frames[key])
 
 
 def test_cluster_renders_same_frames_of_moving_scene(begin, cluster, tmp_path):
     shot = scene_shot(tmp_path / "s.heatlens.json", 48, 27, in_out=FrameRange(2, 5))
-    here, session = wait_for_all_frames(begin(shot), 4), begin(shot, cluster.address)
+    local_frames, session = wait_for_all_frames(begin(shot), 4), begin(shot, cluster.address)
     session.time.frames_ahead.clear()
     session.time.frames_ahead._rest_from_s = np.inf
     wait_for_worker(session)
     session.time.frames_ahead._rest_from_s = 0.0
-    there = wait_for_all_frames(session, 4)
-    assert here.keys() == there.keys()
-    assert all(np.array_equal(pixels, there[key]) for key, pixels in here.items())
+    cluster_frames = wait_for_all_frames(session, 4)
+    assert local_frames.keys() == cluster_frames.keys()
+    assert all(np.array_equal(pixels, cluster_frames[key]) for key, pixels in local_frames.items())
 
 
 def test_changed_lens_recalls_running_frames_and_stores_none_of_them(
@@ -171,35 +171,35 @@ def test_worker_stops_recalled_frame_between_two_steps(begin, renderer, tmp_path
 
 
 @pytest.mark.parametrize("lost", ["worker 0", "scheduler"])
-def test_lost_cluster_leaves_missing_frames_to_this_machine(begin, own, tmp_path, lost):
+def test_lost_cluster_leaves_missing_frames_to_this_machine(begin, local_begin, tmp_path, lost):
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    here = wait_for_all_frames(begin(pattern))
-    session = begin(pattern, own.address)
+    local_frames = wait_for_all_frames(begin(pattern))
+    session = begin(pattern, local_begin.address)
     wait_for_worker(session)
-    own.kill(lost)
+    local_begin.kill(lost)
     run_until(session, lambda: not session.time.frames_ahead.cluster.renders_ahead, "the loss")
     expected_start = "No worker is at" if lost == "worker 0" else "The scheduler at"
     run_until(session, lambda: session.messages.text.startswith(expected_start), "the sentence")
     assert session.messages.text.endswith("Frames are rendered on this machine.")
     session.time.frames_ahead.clear()
-    there = wait_for_all_frames(session)
-    assert all(np.array_equal(pixels, there[key]) for key, pixels in here.items())
+    cluster_frames = wait_for_all_frames(session)
+    assert all(np.array_equal(pixels, cluster_frames[key]) for key, pixels in local_frames.items())
 
 
 @pytest.mark.parametrize("moment", range(3))
-def test_killed_worker_loses_no_frame(begin, own, tmp_path, moment):
+def test_killed_worker_loses_no_frame(begin, local_begin, tmp_path, moment):
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    here = wait_for_all_frames(begin(pattern))
-    session = begin(pattern, own.address)
+    local_frames = wait_for_all_frames(begin(pattern))
+    session = begin(pattern, local_begin.address)
     run_until(
         session,
         lambda: len(session.time.frames_ahead.progress.rendered_frames) >= moment,
         "some frames",
     )
-    own.kill("worker 0")
-    there = wait_for_all_frames(session)
-    assert here.keys() == there.keys()
-    assert all(np.array_equal(pixels, there[key]) for key, pixels in here.items())
+    local_begin.kill("worker 0")
+    cluster_frames = wait_for_all_frames(session)
+    assert local_frames.keys() == cluster_frames.keys()
+    assert all(np.array_equal(pixels, cluster_frames[key]) for key, pixels in local_frames.items())
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense"])
@@ -242,41 +242,45 @@ def test_frame_whose_plate_no_worker_can_read_is_rendered_here(
 
 
 def test_workers_with_another_driver_have_frame_keys_of_their_own(
-    begin, own, tmp_path, monkeypatch
+    begin, local_begin, tmp_path, monkeypatch
 ):
     """All frames of a shot come from one driver; frames rendered here are not replaced."""
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    here = wait_for_all_frames(begin(pattern))
+    local_frames = wait_for_all_frames(begin(pattern))
     session = begin(pattern)
     monkeypatch.setattr(
         type(session.time.frames_ahead.jobs), "driver", ("another driver", "4.6", "sweep")
     )
-    place = ExportPlace(Where.CLUSTER, scheduler=own.address)
-    session.preferences.change(export_place=place, cluster=find_agreed_scheduler(own.address))
+    place = ExportPlace(Where.CLUSTER, scheduler=local_begin.address)
+    session.preferences.change(
+        export_place=place, cluster=find_agreed_scheduler(local_begin.address)
+    )
     wait_for_worker(session)
     run_until(session, lambda: session.time.frames_ahead.jobs.program, "the program of the worker")
-    there = wait_for_all_frames(session)
-    assert not here.keys() & there.keys()
-    own.kill("worker 0")
+    cluster_frames = wait_for_all_frames(session)
+    assert not local_frames.keys() & cluster_frames.keys()
+    local_begin.kill("worker 0")
     run_until(session, lambda: not session.time.frames_ahead.jobs.program, "the loss")
-    assert wait_for_all_frames(session).keys() == here.keys()
+    assert wait_for_all_frames(session).keys() == local_frames.keys()
 
 
-def test_worker_that_dies_with_its_answer_is_not_waited_for(begin, own, tmp_path, monkeypatch):
+def test_worker_that_dies_with_its_answer_is_not_waited_for(
+    begin, local_begin, tmp_path, monkeypatch
+):
     """The scheduler would wait for it for ever; the frames are rendered here."""
     choose = frame_cluster._SchedulerConnection._choose_workers
 
     def worker_dies_first(service):
-        if "worker 0" in own._running and any(
-            told.status == "finished" for told in service._programs.values()
+        if "worker 0" in local_begin._running and any(
+            program_state.status == "finished" for program_state in service._programs.values()
         ):
-            own.kill("worker 0")
-            wait_for(lambda: "Lost all workers" in own.said("scheduler"))
+            local_begin.kill("worker 0")
+            wait_for(lambda: "Lost all workers" in local_begin.said("scheduler"))
         choose(service)
 
     monkeypatch.setattr(connection, "PATIENCE_S", 1)
     monkeypatch.setattr(frame_cluster._SchedulerConnection, "_choose_workers", worker_dies_first)
-    session = begin(sequence_files(tmp_path, FIRST, LAST), own.address)
+    session = begin(sequence_files(tmp_path, FIRST, LAST), local_begin.address)
     run_until(
         session, lambda: "No worker" in session.time.frames_ahead.cluster.status_text, "the loss"
     )
@@ -334,11 +338,13 @@ def test_whole_picture_from_worker_equals_that_of_this_machine(
         ),
     }[kind]
     first = begin(source_of("here"))
-    here = [download_whole_picture(first, focus_m) for focus_m in (1.3, 2.7)]
+    local_frames = [download_whole_picture(first, focus_m) for focus_m in (1.3, 2.7)]
     assert not uploaded
     session = begin_with_pictures_from_workers(begin, source_of("there"), cluster)
     for number, focus_m in enumerate((1.3, 2.7)):
-        np.testing.assert_array_equal(here[number], download_whole_picture(session, focus_m))
+        np.testing.assert_array_equal(
+            local_frames[number], download_whole_picture(session, focus_m)
+        )
         assert len(uploaded) > number
     assert not session.time.frames_ahead.cluster.renders_ahead  # its frames are rendered here
 
@@ -353,32 +359,32 @@ def stop_worker(cluster):
 def test_focus_change_recalls_whole_picture_from_worker(begin, cluster, tmp_path, uploaded):
     session = begin_with_pictures_from_workers(begin, write_large_still(tmp_path), cluster)
     run_until_settled(session)
-    worker, there = stop_worker(cluster), session.time.frames_ahead.cluster._cluster
+    worker, cluster_frames = stop_worker(cluster), session.time.frames_ahead.cluster._cluster
     live, before = session.pictures.live, len(uploaded)
     for step in range(4):
         session.lens.commands.focus(1.3 + step)
         session.editing.settle()
         run_loop_once(session)
-        assert not there.open_requests() and not live.remote.is_waiting  # the hand moves
+        assert not cluster_frames.open_requests() and not live.remote.is_waiting  # the hand moves
         assert live.output.shot == session.facts.shot and not live.output.is_whole
         run_until(session, lambda: live.remote.is_waiting, "rest")
-        assert [it.is_kept for it in there.open_requests()] == [False]
+        assert [it.is_kept for it in cluster_frames.open_requests()] == [False]
         assert not live.has_work()  # the loop may sleep
     os.kill(worker, signal.SIGCONT)
     run_until_settled(session)
     assert live.output.is_whole and len(uploaded) == before + 1
 
 
-def test_killed_worker_leaves_whole_picture_to_this_machine(begin, own, tmp_path, uploaded):
-    here = download_whole_picture(begin(write_large_still(tmp_path)), 1.3)
-    session = begin_with_pictures_from_workers(begin, tmp_path / "room.exr", own)
+def test_killed_worker_leaves_whole_picture_to_this_machine(begin, local_begin, tmp_path, uploaded):
+    local_frames = download_whole_picture(begin(write_large_still(tmp_path)), 1.3)
+    session = begin_with_pictures_from_workers(begin, tmp_path / "room.exr", local_begin)
     run_until_settled(session)
-    stop_worker(own)
+    stop_worker(local_begin)
     before = len(uploaded)
     session.lens.commands.focus(1.3)
     run_until(session, lambda: session.pictures.live.remote.is_waiting, "rest")
-    own.kill("worker 0")
-    np.testing.assert_array_equal(here, download_whole_picture(session, 1.3))
+    local_begin.kill("worker 0")
+    np.testing.assert_array_equal(local_frames, download_whole_picture(session, 1.3))
     assert len(uploaded) == before
 
 
@@ -399,24 +405,24 @@ def test_session_loop_never_waits_for_stopped_scheduler(begin, cluster, tmp_path
         os.kill(cluster.process("scheduler"), signal.SIGCONT)
 
 
-def test_scheduler_is_used_only_after_user_agrees_to_it(begin, own, tmp_path):
+def test_scheduler_is_used_only_after_user_agrees_to_it(begin, local_begin, tmp_path):
     """A new scheduler, another one at the same address and one in another network all ask first."""
-    session = begin(sequence_files(tmp_path, FIRST, LAST), own.address, is_agreed=False)
+    session = begin(sequence_files(tmp_path, FIRST, LAST), local_begin.address, is_agreed=False)
     cluster = session.time.frames_ahead.cluster
     run_until(session, lambda: cluster.awaits_consent, "the question")
     assert "is new to this window: agree to it" in cluster.status_text and not cluster.has_workers
     cluster.agree()
     run_until(session, lambda: cluster.has_workers and not cluster.awaits_consent, "a worker")
     known = session.preferences.values.cluster
-    assert known == identify_scheduler_safely(own.address)
-    own.kill("worker 0")
-    own.kill("scheduler")
-    own.schedule()
-    own.work("worker 0")
+    assert known == identify_scheduler_safely(local_begin.address)
+    local_begin.kill("worker 0")
+    local_begin.kill("scheduler")
+    local_begin.schedule()
+    local_begin.work("worker 0")
     cluster.close()
     run_until(session, lambda: cluster.awaits_consent, "the question")
     assert "another than before" in cluster.status_text and not cluster.has_workers
-    elsewhere = replace(identify_scheduler_safely(own.address), own_host="192.0.2.1")
+    elsewhere = replace(identify_scheduler_safely(local_begin.address), own_host="192.0.2.1")
     session.preferences.change(cluster=elsewhere)
     cluster.close()
     run_until(session, lambda: "192.0.2.1" in cluster.status_text, "the question")
@@ -426,10 +432,10 @@ def test_scheduler_is_used_only_after_user_agrees_to_it(begin, own, tmp_path):
 
 
 @pytest.mark.parametrize("how", ["runs", "fails and runs", "a text", "no answer", "deep"])
-def test_answers_of_lying_worker_run_no_code_in_the_window(begin, own, tmp_path, how):
-    own.kill("worker 0")
-    own.lie("liar", how, RAN=str(tmp_path / "ran"))
-    session = begin(sequence_files(tmp_path, FIRST, LAST), own.address)
+def test_answers_of_lying_worker_run_no_code_in_the_window(begin, local_begin, tmp_path, how):
+    local_begin.kill("worker 0")
+    local_begin.lie("liar", how, RAN=str(tmp_path / "ran"))
+    session = begin(sequence_files(tmp_path, FIRST, LAST), local_begin.address)
     run_until(
         session,
         lambda: "same version" in session.time.frames_ahead.cluster.status_text,

@@ -74,21 +74,21 @@ def test_proposed_settings_lie_beside_the_plate(tmp_path):
 
 
 @pytest.fixture
-def exports(walls):
-    return walls.files.exports
+def exports(session):
+    return session.files.exports
 
 
-def test_propose_sets_export_settings_once_for_each_source(walls, exports, tmp_path):
+def test_propose_sets_export_settings_once_for_each_source(session, exports, tmp_path):
     exports.propose()
     assert exports.settings.name == "walls" and not exports.settings.is_single
     exports.settings = replace(exports.settings, name="mine")
     exports.propose()
     assert exports.settings.name == "mine"
-    walls.time.timeline.set_out()
+    session.time.timeline.set_out()
     exports.propose()
     assert exports.settings.is_single and exports.played.count == 1
-    walls.files.commands.open(str(room_file(tmp_path / "still.exr", 8, 6)))
-    run_until(walls, lambda: walls.editing.shot.source.endswith("still.exr"), "the still")
+    session.files.commands.open(str(room_file(tmp_path / "still.exr", 8, 6)))
+    run_until(session, lambda: session.editing.shot.source.endswith("still.exr"), "the still")
     exports.propose()
     assert exports.settings.name == "still" and exports.settings.is_single
     assert exports.played is None
@@ -115,7 +115,7 @@ class RecordingExportRun:
         pass
 
 
-def test_export_run_gets_the_shot_output_job_and_place(walls, exports, tmp_path):
+def test_export_run_gets_the_shot_output_job_and_place(session, exports, tmp_path):
     exports.run = run = RecordingExportRun()
     exports.propose()
     exports.settings = replace(exports.settings, folder=str(tmp_path / "a" / "b"))
@@ -123,21 +123,21 @@ def test_export_run_gets_the_shot_output_job_and_place(walls, exports, tmp_path)
     exports.write_camera()
     exports.write_sheet(tmp_path / "p.html", "Walls")
     (_, shot, output, job, place), (_, *camera), (_, *sheet) = run.requests
-    assert shot == walls.time.timeline.timed_shot and shot.frames.first == FIRST
+    assert shot == session.time.timeline.timed_shot and shot.frames.first == FIRST
     assert output == exports.settings.output and (tmp_path / "a" / "b").is_dir()
     assert json.loads(job) and place == exports.settings.place
     assert camera == [shot, exports.settings.camera_output]
     assert sheet[:2] == [shot, str(tmp_path / "p.html")] and sheet[2][:2] == ["--title", "Walls"]
     run.is_busy = True
     exports.write_sheet(tmp_path / "p.html", "Walls")
-    assert len(run.requests) == 3 and "has finished" in walls.messages.text
+    assert len(run.requests) == 3 and "has finished" in session.messages.text
     assert exports.why_not == ""
 
 
-def test_export_reports_folder_that_cannot_be_made(walls, exports, tmp_path):
+def test_export_reports_folder_that_cannot_be_made(session, exports, tmp_path):
     exports.run = run = RecordingExportRun()
     (tmp_path / "file").write_text("")
     exports.settings = replace(exports.settings, folder=str(tmp_path / "file" / "out"))
     exports.export()
-    assert run.requests == [] and "file" in walls.messages.text
-    run_until_settled(walls)
+    assert run.requests == [] and "file" in session.messages.text
+    run_until_settled(session)

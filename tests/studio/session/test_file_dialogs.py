@@ -158,8 +158,8 @@ def test_each_dialog_purpose_lists_its_file_suffixes():
 
 
 @pytest.fixture
-def files(walls):
-    return walls.files.commands
+def files(session):
+    return session.files.commands
 
 
 def test_only_open_may_be_chosen_without_an_open_picture(tmp_path):
@@ -177,7 +177,7 @@ def test_only_open_may_be_chosen_without_an_open_picture(tmp_path):
         session.close()
 
 
-def test_dialogs_begin_beside_the_plate_or_in_the_last_folder(walls, files, tmp_path):
+def test_dialogs_begin_beside_the_plate_or_in_the_last_folder(session, files, tmp_path):
     assert all(map(files.may_choose, PURPOSES))
     for key in ("open", "save", "save shot"):
         assert files.first_folder(key) == tmp_path
@@ -186,123 +186,127 @@ def test_dialogs_begin_beside_the_plate_or_in_the_last_folder(walls, files, tmp_
     assert files.first_name("save shot") == "walls.heatlens.json"
     other = tmp_path / "other"
     other.mkdir()
-    walls.preferences.remember_folder("save", other)
+    session.preferences.remember_folder("save", other)
     assert files.first_folder("save") == other and files.first_folder("open") == tmp_path
-    walls.files.documents.save_as(other / "walls.heatlens.json")
+    session.files.documents.save_as(other / "walls.heatlens.json")
     assert files.first_folder("save shot") == other
-    run_until_settled(walls)
+    run_until_settled(session)
 
 
-def test_open_dropped_pairs_picture_with_its_depth_file(walls, files, tmp_path):
+def test_open_dropped_pairs_picture_with_its_depth_file(session, files, tmp_path):
     color = np.full((6, 8), 0.5, np.float32)
     write_file(tmp_path / "hero.exr", {name: color for name in "RGB"})
     write_file(tmp_path / "hero_depth.exr", {"Z": color + 2})
     files.open_dropped([str(tmp_path / "hero_depth.exr"), str(tmp_path / "hero.exr")])
-    run_until(walls, lambda: walls.editing.shot.source == str(tmp_path / "hero.exr"), "the picture")
-    assert walls.editing.shot.plate_options.depth_source == str(tmp_path / "hero_depth.exr")
+    run_until(
+        session, lambda: session.editing.shot.source == str(tmp_path / "hero.exr"), "the picture"
+    )
+    assert session.editing.shot.plate_options.depth_source == str(tmp_path / "hero_depth.exr")
     files.open_dropped([str(tmp_path / f"walls.{FIRST}.exr"), "a.txt"])
-    run_until(walls, lambda: "walls" in walls.editing.shot.source, "the first one")
+    run_until(session, lambda: "walls" in session.editing.shot.source, "the first one")
 
 
-def test_take_opens_plate_adds_plate_behind_or_saves_shot(walls, files, tmp_path):
+def test_take_opens_plate_adds_plate_behind_or_saves_shot(session, files, tmp_path):
     still = room_file(tmp_path / "still.exr", 8, 6)
     files.apply_choice(ChosenFile(PURPOSES["open"], still))
-    run_until(walls, lambda: walls.editing.shot.source == str(still), "the still")
-    assert walls.preferences.values.recent[0] == str(still)
+    run_until(session, lambda: session.editing.shot.source == str(still), "the still")
+    assert session.preferences.values.recent[0] == str(still)
     behind = room_file(tmp_path / "behind.exr", 8, 6)
     files.apply_choice(ChosenFile(PURPOSES["behind"], behind))
     run_until(
-        walls, lambda: walls.editing.shot.plate_options.behind == (str(behind),), "the one behind"
+        session,
+        lambda: session.editing.shot.plate_options.behind == (str(behind),),
+        "the one behind",
     )
     files.apply_choice(ChosenFile(PURPOSES["behind"], behind))
     assert files.reading.options.behind == (str(behind),)  # once is enough
     files.apply_choice(ChosenFile(PURPOSES["save shot"], tmp_path / "a.heatlens.json"))
-    run_until_settled(walls)
+    run_until_settled(session)
     assert (tmp_path / "a.heatlens.json").is_file()
-    walls.editing.do(replace(walls.editing.shot, marks=()))
+    session.editing.do(replace(session.editing.shot, marks=()))
     files.apply_choice(ChosenFile(PURPOSES["shot"], tmp_path / "a.heatlens.json"))
-    run_until(walls, lambda: walls.files.documents.is_saved, "the shot")
+    run_until(session, lambda: session.files.documents.is_saved, "the shot")
 
 
-def test_take_reads_lens_opening_and_camera_into_the_shot(walls, files, tmp_path):
+def test_take_reads_lens_opening_and_camera_into_the_shot(session, files, tmp_path):
     files.apply_choice(ChosenFile(PURPOSES["opening"], room_file(tmp_path / "heart.exr", 16, 16)))
-    run_until(walls, lambda: walls.facts.lens.aperture_image is not None, "the opening")
-    assert "heart.exr" in walls.messages.text
-    walls.editing.undo()
-    assert walls.facts.lens.aperture_image is None
+    run_until(session, lambda: session.facts.lens.aperture_image is not None, "the opening")
+    assert "heart.exr" in session.messages.text
+    session.editing.undo()
+    assert session.facts.lens.aperture_image is None
     table = tmp_path / "lens.csv"
     table.write_text("frame,focal_length_mm,f_stop,focus_distance_m\n1001,35,4,3\n1010,35,4,5\n")
     files.apply_choice(ChosenFile(PURPOSES["camera"], table))
-    run_until(walls, lambda: walls.facts.lens.focal_length_mm == 35.0, "the camera")
-    assert "lens.csv" in walls.messages.text
-    assert walls.editing.shot.lens_at(1010).focus_distance_m == pytest.approx(5.0)
+    run_until(session, lambda: session.facts.lens.focal_length_mm == 35.0, "the camera")
+    assert "lens.csv" in session.messages.text
+    assert session.editing.shot.lens_at(1010).focus_distance_m == pytest.approx(5.0)
     for key, name in (("opening", "words.exr"), ("camera", "words.json")):
         (tmp_path / name).write_text("no file of that kind")
-        before = walls.editing.shot
+        before = session.editing.shot
         files.apply_choice(ChosenFile(PURPOSES[key], tmp_path / name))
-        run_until(walls, lambda name=name: name in walls.messages.text, "the refusal")
-        assert walls.editing.shot == before
+        run_until(session, lambda name=name: name in session.messages.text, "the refusal")
+        assert session.editing.shot == before
 
 
-def test_chosen_plate_options_are_remembered_for_the_folder(walls, files, tmp_path):
+def test_chosen_plate_options_are_remembered_for_the_folder(session, files, tmp_path):
     reading = files.reading
     chosen = PlateOptions(depth_convention=DepthConvention.DISTANCE, scene_unit_m=0.5)
-    assert reading.is_possible and reading.read_options == walls.source.opened.options
-    walls.editing.frame = FIRST + 3
+    assert reading.is_possible and reading.read_options == session.source.opened.options
+    session.editing.frame = FIRST + 3
     reading.change(chosen)
     reading.change(chosen)
-    run_until(walls, lambda: walls.source.opened.options == chosen, "the plate")
-    assert walls.editing.shot.plate_options == chosen and reading.problem == ""
-    assert walls.source.plate.depth_m.max() == 4.0 and walls.editing.frame == FIRST + 3
+    run_until(session, lambda: session.source.opened.options == chosen, "the plate")
+    assert session.editing.shot.plate_options == chosen and reading.problem == ""
+    assert session.source.plate.depth_m.max() == 4.0 and session.editing.frame == FIRST + 3
     assert files.options_for(str(tmp_path / "another.####.exr")) == chosen
-    walls.editing.undo()
-    run_until(walls, lambda: walls.source.opened.options == PlateOptions(), "the plate before")
+    session.editing.undo()
+    run_until(session, lambda: session.source.opened.options == PlateOptions(), "the plate before")
     assert reading.options == PlateOptions()
 
 
-def test_wrong_plate_options_are_reported_and_plate_stays(walls, files):
+def test_wrong_plate_options_are_reported_and_plate_stays(session, files):
     reading = files.reading
     wrong = PlateOptions(depth_channel="no such channel")
     reading.change(wrong)
-    run_until(walls, lambda: walls.source.opener.failure is not None, "the refusal")
+    run_until(session, lambda: session.source.opener.failure is not None, "the refusal")
     assert "no such channel" in reading.problem and reading.options == wrong
-    assert walls.source.opened.options == PlateOptions() == reading.read_options
+    assert session.source.opened.options == PlateOptions() == reading.read_options
     ends = PlateOptions(depth_convention=DepthConvention.NORMALIZED)
     reading.change(ends)
-    assert walls.source.opener.opening is None and "near and far" in reading.problem
+    assert session.source.opener.opening is None and "near and far" in reading.problem
     reading.change(replace(ends, near_m=1.0))
     assert "near and far" in reading.problem
     assert _lacks_depth_ends(replace(ends, far_m=1.0)) and not _lacks_depth_ends(PlateOptions())
     reading.change(replace(ends, near_m=1.0, far_m=9.0))
-    run_until(walls, lambda: walls.source.opened.options.far_m == 9.0, "the plate")
+    run_until(session, lambda: session.source.opened.options.far_m == 9.0, "the plate")
 
 
-def test_shot_of_another_plate_does_not_reread_this_plate(walls):
+def test_shot_of_another_plate_does_not_reread_this_plate(session):
     options = PlateOptions(scene_unit_m=0.01)
-    other = replace(walls.editing.shot, source="/gone.exr", plate_options=options)
-    walls.editing.begin(other)
-    run_loop_once(walls)
-    assert not walls.source.opener.opening and walls.source.opened.options == PlateOptions()
+    other = replace(session.editing.shot, source="/gone.exr", plate_options=options)
+    session.editing.begin(other)
+    run_loop_once(session)
+    assert not session.source.opener.opening and session.source.opened.options == PlateOptions()
 
 
-def test_reload_stays_at_the_current_frame(walls, files, tmp_path):
-    walls.time.timeline.go_to(FIRST + 4)
-    run_until_settled(walls)
-    before = walls.source.opened
+def test_reload_stays_at_the_current_frame(session, files, tmp_path):
+    session.time.timeline.go_to(FIRST + 4)
+    run_until_settled(session)
+    before = session.source.opened
     (tmp_path / f"walls.{LAST}.exr").unlink()
     files.reload()
-    run_until(walls, lambda: walls.source.opened is not before, "it")
-    assert walls.editing.frame == FIRST + 4
-    assert walls.time.timeline.frames.last == LAST - 1
+    run_until(session, lambda: session.source.opened is not before, "it")
+    assert session.editing.frame == FIRST + 4
+    assert session.time.timeline.frames.last == LAST - 1
 
 
-def test_reload_keeps_changed_focus(walls, files):
-    walls.lens.commands.focus(3.0)
-    walls.editing.settle()
-    before = walls.source.opened
+def test_reload_keeps_changed_focus(session, files):
+    session.lens.commands.focus(3.0)
+    session.editing.settle()
+    before = session.source.opened
     files.reload()
-    run_until(walls, lambda: walls.source.opened is not before, "it")
-    assert walls.facts.lens.focus_distance_m == 3.0
+    run_until(session, lambda: session.source.opened is not before, "it")
+    assert session.facts.lens.focus_distance_m == 3.0
 
 
 # The start screen

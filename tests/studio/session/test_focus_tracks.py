@@ -68,24 +68,24 @@ def test_mark_m_measures_point_mark_on_its_plate():
     assert mark_m(plate, PointMark("B", 60.0, 1.0)) is None
 
 
-def test_mark_tracks_cover_the_frames_in_memory(walls):
+def test_mark_tracks_cover_the_frames_in_memory(session):
     for pixel in (LEFT, RIGHT):
-        walls.time.marks.set_point(pixel)
-    walls.time.marks.set_here()
-    timeline = walls.time.timeline
+        session.time.marks.set_point(pixel)
+    session.time.marks.set_here()
+    timeline = session.time.timeline
     last = FIRST + 7
-    run_until(walls, lambda: timeline.cache.get(last) is not None, "eight frames")
-    near, far = walls.time.mark_tracks()
+    run_until(session, lambda: timeline.cache.get(last) is not None, "eight frames")
+    near, far = session.time.mark_tracks()
     assert (near.name, far.name) == ("A", "B")
     for track, distance_m in ((near, 2.0), (far, 8.0)):
         (line,) = track.lines
         assert line[:8] == tuple((frame, 1 / distance_m) for frame in range(FIRST, last + 1))
-    assert walls.time.mark_tracks() == (near, far)
+    assert session.time.mark_tracks() == (near, far)
 
 
-def test_mark_track_has_gaps_where_frames_are_not_in_memory(walls):
-    tracks, cache = MarkTracks(MatteDistances(lambda: None)), walls.time.timeline.cache
-    run_until(walls, lambda: cache.get(FIRST + 3) is not None, "some frames")
+def test_mark_track_has_gaps_where_frames_are_not_in_memory(session):
+    tracks, cache = MarkTracks(MatteDistances(lambda: None)), session.time.timeline.cache
+    run_until(session, lambda: cache.get(FIRST + 3) is not None, "some frames")
     marks = (PointMark("A", *map(float, LEFT)), DistanceMark("B", 3.0))
     assert tracks.tracks(None, (), marks) == ()
     runs = (Run(FIRST, FIRST + 1, "ready"), Run(FIRST + 2, FIRST + 2, "waiting"))

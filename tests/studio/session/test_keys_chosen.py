@@ -102,10 +102,10 @@ def test_moved_keys_stay_chosen_and_report_replaced_keys():
 def test_deleting_all_keys_keeps_value_at_the_playhead():
     desk = KeyDesk(FILMED)
     desk.editing.frame = 15
-    here = desk.editing.lens
+    lens_before = desk.editing.lens
     desk.keys.select_all()
     desk.keys.delete()
-    assert not desk.shot.key_frames and desk.editing.lens == here
+    assert not desk.shot.key_frames and desk.editing.lens == lens_before
     assert desk.shot.framing.track.pose_at(99) == FILMED.framing.track.pose_at(15)
     desk.editing.undo()
     desk.keys.select_between(FOCUS, 10, 10)
@@ -266,37 +266,37 @@ def test_nearest_and_inside_find_keys_by_position():
 
 
 def test_click_chooses_key_and_row_and_shift_click_toggles():
-    hand = MouseDesk()
-    hand.press(202, 78)
-    assert hand.keys.selection == {KeyId(STOP, 20)} and hand.keys.rows.selected_row is STOP
-    assert hand.drag.is_dragging and hand.drag.box_corner is None
-    hand.drag.release()
-    assert not hand.drag.is_dragging
-    hand.press(100, 50, shift=True)
-    assert hand.keys.selection == {KeyId(STOP, 20), KeyId(FOCUS, 10)}
-    hand.drag.release()
-    hand.press(100, 50, shift=True)
-    assert hand.keys.selection == {KeyId(STOP, 20)}
-    hand.drag.release()
-    hand.press(500, 500)
-    hand.drag.release()
-    assert hand.keys.selection == frozenset()
+    mouse = MouseDesk()
+    mouse.press(202, 78)
+    assert mouse.keys.selection == {KeyId(STOP, 20)} and mouse.keys.rows.selected_row is STOP
+    assert mouse.drag.is_dragging and mouse.drag.box_corner is None
+    mouse.drag.release()
+    assert not mouse.drag.is_dragging
+    mouse.press(100, 50, shift=True)
+    assert mouse.keys.selection == {KeyId(STOP, 20), KeyId(FOCUS, 10)}
+    mouse.drag.release()
+    mouse.press(100, 50, shift=True)
+    assert mouse.keys.selection == {KeyId(STOP, 20)}
+    mouse.drag.release()
+    mouse.press(500, 500)
+    mouse.drag.release()
+    assert mouse.keys.selection == frozenset()
 
 
 def test_drag_moves_chosen_keys_relative_to_their_start():
-    hand = MouseDesk(KEYED.with_key(25, FOCUS, 6.0))
-    hand.press(200, 50)
-    hand.move(251, 50)  # over the key at 25
-    assert hand.frames() == [10, 25]
-    hand.move(234, 50)
-    assert hand.frames() == [10, 23, 25] and hand.keys.selection == {KeyId(FOCUS, 23)}
-    hand.move(251, 50)
-    hand.drag.release()
-    assert "One key" in hand.messages[-1] and not hand.editing.is_unsettled
-    hand.editing.undo()
-    assert hand.frames() == [10, 20, 25]
-    hand.move(300, 50)  # nothing is held
-    assert hand.frames() == [10, 20, 25]
+    mouse = MouseDesk(KEYED.with_key(25, FOCUS, 6.0))
+    mouse.press(200, 50)
+    mouse.move(251, 50)  # over the key at 25
+    assert mouse.frames() == [10, 25]
+    mouse.move(234, 50)
+    assert mouse.frames() == [10, 23, 25] and mouse.keys.selection == {KeyId(FOCUS, 23)}
+    mouse.move(251, 50)
+    mouse.drag.release()
+    assert "One key" in mouse.messages[-1] and not mouse.editing.is_unsettled
+    mouse.editing.undo()
+    assert mouse.frames() == [10, 20, 25]
+    mouse.move(300, 50)  # nothing is held
+    assert mouse.frames() == [10, 20, 25]
 
 
 def test_drag_passes_frames_and_height_to_its_move_function():
@@ -306,46 +306,46 @@ def test_drag_passes_frames_and_height_to_its_move_function():
         ups.append((frames, up))
         return shot, chosen
 
-    hand = MouseDesk()
-    hand.press(200, 50)
-    hand.move(214, 20, lift)
-    hand.move(216, 60, lift)
+    mouse = MouseDesk()
+    mouse.press(200, 50)
+    mouse.move(214, 20, lift)
+    mouse.move(216, 60, lift)
     assert ups == [(1, 30), (2, -10)]
 
 
 def test_ctrl_drag_moves_all_later_keys_and_stops_at_earlier_key():
-    hand = MouseDesk(KEYED.with_key(25, FOCUS, 6.0))
-    hand.press(200, 50, ctrl=True)
-    hand.move(240, 50)
-    assert hand.frames() == [10, 24, 29] and hand.frames(STOP) == [24]
-    hand.move(0, 50)
-    assert hand.frames() == [10, 11, 16] and hand.keys.selection == frozenset()
-    hand.drag.release()
-    hand.press(100, 50, ctrl=True)
-    hand.move(-900, 50)  # nothing lies before the first
-    assert hand.frames()[0] == -90
+    mouse = MouseDesk(KEYED.with_key(25, FOCUS, 6.0))
+    mouse.press(200, 50, ctrl=True)
+    mouse.move(240, 50)
+    assert mouse.frames() == [10, 24, 29] and mouse.frames(STOP) == [24]
+    mouse.move(0, 50)
+    assert mouse.frames() == [10, 11, 16] and mouse.keys.selection == frozenset()
+    mouse.drag.release()
+    mouse.press(100, 50, ctrl=True)
+    mouse.move(-900, 50)  # nothing lies before the first
+    assert mouse.frames()[0] == -90
 
 
 def test_box_drag_chooses_keys_and_shift_adds_to_them():
-    hand = MouseDesk()
-    hand.press(90, 40)
-    assert hand.drag.box_corner == (90, 40)
-    hand.move(110, 60)
-    assert hand.keys.selection == {KeyId(FOCUS, 10)}
-    hand.drag.release()
-    hand.press(190, 70, shift=True)
-    hand.move(210, 90)
-    assert hand.keys.selection == {KeyId(FOCUS, 10), KeyId(STOP, 20)}
-    hand.drag.release()
-    assert hand.shot == KEYED
+    mouse = MouseDesk()
+    mouse.press(90, 40)
+    assert mouse.drag.box_corner == (90, 40)
+    mouse.move(110, 60)
+    assert mouse.keys.selection == {KeyId(FOCUS, 10)}
+    mouse.drag.release()
+    mouse.press(190, 70, shift=True)
+    mouse.move(210, 90)
+    assert mouse.keys.selection == {KeyId(FOCUS, 10), KeyId(STOP, 20)}
+    mouse.drag.release()
+    assert mouse.shot == KEYED
 
 
 def test_drag_to_impossible_lens_reports_and_changes_nothing():
-    hand = MouseDesk()
-    hand.press(200, 50)
+    mouse = MouseDesk()
+    mouse.press(200, 50)
 
     def too_near(shot, chosen, frames, up):
         return shot.with_curve(FOCUS, shot.curves.of(FOCUS).with_key(Key(20, 0.01))), chosen
 
-    hand.move(210, 50, lambda *args: (key_choice.check_shot(too_near(*args)[0]), args[1]))
-    assert hand.messages and hand.shot == KEYED
+    mouse.move(210, 50, lambda *args: (key_choice.check_shot(too_near(*args)[0]), args[1]))
+    assert mouse.messages and mouse.shot == KEYED

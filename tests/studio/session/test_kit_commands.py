@@ -13,35 +13,35 @@ from support.shared import shared_of
 
 
 @pytest.fixture
-def said() -> list[str]:
+def messages() -> list[str]:
     return []
 
 
 @pytest.fixture
-def editing(said) -> Editing:
-    return Editing(Shot(Lens(55.0, 1.2, 0.3, 36.0)), said.append)
+def editing(messages) -> Editing:
+    return Editing(Shot(Lens(55.0, 1.2, 0.3, 36.0)), messages.append)
 
 
 @pytest.fixture
-def kits(editing, said) -> KitCommands:
-    return KitCommands(shared_of(editing, said.append))
+def kits(editing, messages) -> KitCommands:
+    return KitCommands(shared_of(editing, messages.append))
 
 
-def test_choosing_a_kit_mounts_its_nearest_lens_in_one_undo_step(kits, editing, said):
+def test_choosing_a_kit_mounts_its_nearest_lens_in_one_undo_step(kits, editing, messages):
     before = editing.shot
     kits.choose("modern-primes")
     lens = editing.lens
     assert (lens.focal_length_mm, lens.f_stop, lens.focus_distance_m) == (50.0, 1.7, 0.45)
-    assert "50 mm of modern-primes" in said[-1]
+    assert "50 mm of modern-primes" in messages[-1]
     editing.undo()
     assert editing.shot == before
 
 
-def test_lens_edit_beyond_the_kit_is_clamped_and_reported(kits, editing, said):
+def test_lens_edit_beyond_the_kit_is_clamped_and_reported(kits, editing, messages):
     kits.choose("modern-primes")
     editing.edit_lens(replace(editing.lens, f_stop=1.0))
     assert editing.lens.f_stop == 1.7
-    assert all(word in said[-1] for word in ("50 mm", "modern-primes", "f/1.7", "f/1."))
+    assert all(word in messages[-1] for word in ("50 mm", "modern-primes", "f/1.7", "f/1."))
     editing.edit_lens(replace(editing.lens, focus_distance_m=0.2))
     assert editing.lens.focus_distance_m == 0.45
     editing.edit_lens(replace(editing.lens, focal_length_mm=70.0))

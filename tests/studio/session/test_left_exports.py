@@ -24,13 +24,13 @@ def cluster(tmp_path):
 
 
 @pytest.fixture
-def walls(tmp_path):
+def plates(tmp_path):
     return write_plates(tmp_path)
 
 
-def begin_stalled_export(tmp_path, walls, cluster, is_agreed=True):
+def begin_stalled_export(tmp_path, plates, cluster, is_agreed=True):
     """Begin an export on the cluster; return its session and the process of the stopped worker."""
-    session = begin_session(tmp_path / "preferences", walls)
+    session = begin_session(tmp_path / "preferences", plates)
     run_until_settled(session)
     exports = session.files.exports
     exports.propose()
@@ -52,8 +52,8 @@ def frames_of(folder):
 
 
 @pytest.mark.parametrize("made", ["none", "all"])
-def test_reopened_shot_follows_the_export_left_to_the_cluster(tmp_path, walls, cluster, made):
-    session, worker = begin_stalled_export(tmp_path, walls, cluster)
+def test_reopened_shot_follows_the_export_left_to_the_cluster(tmp_path, plates, cluster, made):
+    session, worker = begin_stalled_export(tmp_path, plates, cluster)
     state, out = session.files.exports.run.state, tmp_path / "out"
     session.close()
     assert state.code in (129, -signal.SIGKILL)  # of a machine too busy to end it in time
@@ -62,7 +62,7 @@ def test_reopened_shot_follows_the_export_left_to_the_cluster(tmp_path, walls, c
     if made == "all":
         os.kill(worker, signal.SIGCONT)
         wait_for(lambda: len(frames_of(out)) == COUNT)
-    session = begin_session(tmp_path / "preferences", walls)
+    session = begin_session(tmp_path / "preferences", plates)
     run = session.files.exports.run
     run_until(session, lambda: run.is_busy, "the export")
     if made == "none":
@@ -81,8 +81,8 @@ def test_reopened_shot_follows_the_export_left_to_the_cluster(tmp_path, walls, c
         assert client.list_datasets() == ()
 
 
-def test_canceled_export_is_not_left_to_the_cluster(tmp_path, walls, cluster):
-    session, _ = begin_stalled_export(tmp_path, walls, cluster)
+def test_canceled_export_is_not_left_to_the_cluster(tmp_path, plates, cluster):
+    session, _ = begin_stalled_export(tmp_path, plates, cluster)
     run = session.files.exports.run
     assert run.can_be_left
     run.cancel()
@@ -95,8 +95,8 @@ def test_canceled_export_is_not_left_to_the_cluster(tmp_path, walls, cluster):
         assert client.list_datasets() == ()
 
 
-def test_opening_another_shot_does_not_follow_the_left_export(tmp_path, walls, cluster):
-    session, _ = begin_stalled_export(tmp_path, walls, cluster)
+def test_opening_another_shot_does_not_follow_the_left_export(tmp_path, plates, cluster):
+    session, _ = begin_stalled_export(tmp_path, plates, cluster)
     session.close()
     (tmp_path / "other").mkdir()
     session = begin_session(tmp_path / "preferences", write_plates(tmp_path / "other"))
@@ -106,11 +106,11 @@ def test_opening_another_shot_does_not_follow_the_left_export(tmp_path, walls, c
     assert len(Preferences.load(tmp_path / "preferences").values.left_exports) == 1
 
 
-def test_left_export_reports_a_scheduler_that_has_gone(tmp_path, walls, cluster):
-    session, _ = begin_stalled_export(tmp_path, walls, cluster)
+def test_left_export_reports_a_scheduler_that_has_gone(tmp_path, plates, cluster):
+    session, _ = begin_stalled_export(tmp_path, plates, cluster)
     session.close()
     cluster.kill("scheduler")
-    session = begin_session(tmp_path / "preferences", walls)
+    session = begin_session(tmp_path / "preferences", plates)
     run = session.files.exports.run
     run_until(session, lambda: run.state is not None and not run.is_busy, "its end")
     assert run.state.code == 2 and run.state.last_sentence.startswith("No Dask scheduler answers")
@@ -118,13 +118,15 @@ def test_left_export_reports_a_scheduler_that_has_gone(tmp_path, walls, cluster)
 
 
 @pytest.mark.parametrize("case", ["another", "never agreed"])
-def test_left_export_is_not_followed_to_scheduler_without_agreement(tmp_path, walls, cluster, case):
+def test_left_export_is_not_followed_to_scheduler_without_agreement(
+    tmp_path, plates, cluster, case
+):
     """The scheduler was started again meanwhile, or the user never agreed to it."""
-    session, _ = begin_stalled_export(tmp_path, walls, cluster, is_agreed=case == "another")
+    session, _ = begin_stalled_export(tmp_path, plates, cluster, is_agreed=case == "another")
     session.close()
     cluster.kill("scheduler")
     cluster.schedule()
-    session = begin_session(tmp_path / "preferences", walls)
+    session = begin_session(tmp_path / "preferences", plates)
     run = session.files.exports.run
     if case == "another":
         run_until(session, lambda: run.state is not None and not run.is_busy, "its end")

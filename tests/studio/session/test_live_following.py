@@ -144,10 +144,10 @@ def test_changed_follow_settings_are_one_step_and_stay_on_new_plates(walk, tmp_p
 
 def test_let_go_keeps_focus_of_the_current_frame(walk):
     follow_mark(walk)
-    here = walk.editing.lens.focus_distance_m
+    followed_m = walk.editing.lens.focus_distance_m
     walk.time.marks.live.stop_following()
     assert live_follow(walk) is None and not walk.editing.shot.key_frames
-    assert focus_at(walk, 7) == here
+    assert focus_at(walk, 7) == followed_m
 
 
 def test_following_missing_matte_is_reported_once(walk):

@@ -296,8 +296,8 @@ def usual_seconds_of_second_rung(full_seconds: float) -> float:
 def test_level_gets_quicker_on_slower_machine_and_recovers():
     machine, live = measured_machine_and_picture(0.002)
     before, slow, after = [], [], []
-    for made, pace in ((before, 1.0), (slow, 20.0), (after, 1.0)):
-        machine.full_seconds, machine.rendered_settings = 0.002 * pace, made
+    for rendered, pace in ((before, 1.0), (slow, 20.0), (after, 1.0)):
+        machine.full_seconds, machine.rendered_settings = 0.002 * pace, rendered
         for shot in shots(80):
             live.request(replace(shot, frames_per_second=24.0 + pace), 0, BUDGET_S)
     rank = cheaper_levels(FILM).index
@@ -316,7 +316,7 @@ def test_whole_picture_is_rendered_at_rest_after_at_most_three_levels(full_secon
     assert live.output.is_whole and live.output.settings == wished
     assert (live.output.shot, live.output.frame) == (shot, 3)
     assert len(machine.rendered_settings) <= 3  # the quick one, one between, the whole
-    ranks = [cheaper_levels(wished).index(made) for made in machine.rendered_settings]
+    ranks = [cheaper_levels(wished).index(rendered) for rendered in machine.rendered_settings]
     assert ranks == sorted(ranks, reverse=True)
 
 
@@ -363,11 +363,11 @@ def test_same_request_again_renders_nothing():
     shot = shots(1)[0]
     live.request(shot, 0, BUDGET_S)
     settle(machine, live)
-    made = list(machine.rendered_settings)
+    rendered = list(machine.rendered_settings)
     for _ in range(5):
         live.request(replace(shot), 0, BUDGET_S)
         live.work(SLICE_S)
-    assert machine.rendered_settings == made and not live.is_working
+    assert machine.rendered_settings == rendered and not live.is_working
 
 
 def test_restart_renders_the_same_shot_again():
@@ -406,8 +406,8 @@ def test_only_quick_levels_are_rendered_while_plate_becomes_finer(full_seconds):
         live.work(SLICE_S, is_plate_whole=False)
     assert not live.has_work(is_plate_whole=False)
     assert all(
-        machine.seconds(made) <= machine.seconds(FILM) / 3 or machine.seconds(made) <= 0.25
-        for made in machine.rendered_settings[count:]
+        machine.seconds(rendered) <= machine.seconds(FILM) / 3 or machine.seconds(rendered) <= 0.25
+        for rendered in machine.rendered_settings[count:]
     )
     if live.is_working:
         assert machine.seconds(FILM) > 0.25

@@ -25,19 +25,21 @@ LENS = Lens(50.0, 2.0, 3.0, 36.0)
 
 
 @pytest.fixture
-def said() -> list[str]:
+def messages() -> list[str]:
     return []
 
 
 @pytest.fixture
-def looks(said) -> LookCommands:
-    return LookCommands(shared_of(Editing(Shot(LENS), said.append), said.append), PictureView())
+def looks(messages) -> LookCommands:
+    return LookCommands(
+        shared_of(Editing(Shot(LENS), messages.append), messages.append), PictureView()
+    )
 
 
-def test_look_commands_keep_go_delete_and_undo(looks, said):
+def test_look_commands_keep_go_delete_and_undo(looks, messages):
     editing = looks._editing
     looks.keep()
-    assert looks.looks == (Look("A", LENS, 0),) and "Ctrl+1" in said[-1]
+    assert looks.looks == (Look("A", LENS, 0),) and "Ctrl+1" in messages[-1]
     wide = replace(LENS, focal_length_mm=24.0, f_stop=8.0)
     editing.edit_lens(wide)
     editing.settle()
@@ -52,10 +54,10 @@ def test_look_commands_keep_go_delete_and_undo(looks, said):
     editing.undo()
     assert [look.name for look in looks.looks] == ["A", "B"]
     looks.use_number(7)
-    assert "2 looks" in said[-1]
+    assert "2 looks" in messages[-1]
 
 
-def test_kept_looks_get_free_letters_and_rename_refuses_duplicates(looks, said):
+def test_kept_looks_get_free_letters_and_rename_refuses_duplicates(looks, messages):
     for _ in range(3):
         looks.keep()
     looks.rename(looks.looks[1], "wide open")
@@ -64,7 +66,7 @@ def test_kept_looks_get_free_letters_and_rename_refuses_duplicates(looks, said):
     for name in ("A", "", " ", "a\nb"):
         before = looks.looks
         looks.rename(before[1], name)
-        assert looks.looks == before and "look" in said[-1].lower()
+        assert looks.looks == before and "look" in messages[-1].lower()
 
 
 def test_shot_file_keeps_looks_and_omits_them_when_there_are_none(tmp_path):

@@ -29,23 +29,23 @@ LENS = Lens(50.0, 2.0, 3.0, 36.0)
 
 
 @pytest.fixture
-def said():
+def messages():
     return []
 
 
 @pytest.fixture
-def looks(said):
+def looks(messages):
     shot = Shot(LENS, looks=tuple(Look(name, LENS) for name in "ABCDE"))
-    return LookCommands(shared_of(Editing(shot, said.append), said.append), PictureView())
+    return LookCommands(shared_of(Editing(shot, messages.append), messages.append), PictureView())
 
 
 def view_state(looks):
     return looks._view.state
 
 
-def test_back_alternates_between_the_last_two_lenses(looks, said):
+def test_back_alternates_between_the_last_two_lenses(looks, messages):
     looks.use_previous_lens()
-    assert "lens" in said[-1]
+    assert "lens" in messages[-1]
     other = replace(LENS, f_stop=8.0)
     looks._editing.edit_lens(other)
     looks.use_number(0)
@@ -61,16 +61,16 @@ def test_back_alternates_between_the_last_two_lenses(looks, said):
     assert looks._editing.lens == other
 
 
-def test_only_the_first_nine_looks_get_a_shortcut(looks, said):
+def test_only_the_first_nine_looks_get_a_shortcut(looks, messages):
     for number in range(6, 11):
         looks.keep()
-        assert (f"Ctrl+{number}" in said[-1]) is (number <= 9)
+        assert (f"Ctrl+{number}" in messages[-1]) is (number <= 9)
     looks.make_still = lambda: "abc"
     looks.keep()
     assert looks.looks[-1].still == "abc"
 
 
-def test_compare_and_compare_as_a_keep_the_two_looks_different(looks, said):
+def test_compare_and_compare_as_a_keep_the_two_looks_different(looks, messages):
     a, b, c, *_ = looks.looks
     looks.compare(b)
     looks.compare_as_a(a)
@@ -90,10 +90,10 @@ def test_compare_and_compare_as_a_keep_the_two_looks_different(looks, said):
     assert view_state(looks).a_look == "" and view_state(looks).against is Against.LOOK
     looks._editing.do(replace(looks._editing.shot, looks=(a,)))
     looks.compare_as_a(a)
-    assert "look" in said[-1] and view_state(looks).a_look == ""
+    assert "look" in messages[-1] and view_state(looks).a_look == ""
 
 
-def test_grid_holds_four_looks_and_a_fifth_replaces_the_first(looks, said):
+def test_grid_holds_four_looks_and_a_fifth_replaces_the_first(looks, messages):
     looks.toggle_grid()
     assert view_state(looks).compare is Compare.GRID
     looks.toggle_in_grid(looks.looks[4])
@@ -106,7 +106,7 @@ def test_grid_holds_four_looks_and_a_fifth_replaces_the_first(looks, said):
     assert view_state(looks).compare is Compare.OFF
     looks._editing.do(Shot(LENS))
     looks.toggle_grid()
-    assert view_state(looks).compare is Compare.OFF and "look" in said[-1]
+    assert view_state(looks).compare is Compare.OFF and "look" in messages[-1]
 
 
 def test_still_of_look_is_a_small_jpeg_and_wrong_data_is_refused():
@@ -209,8 +209,8 @@ def test_clipboard_tools_for_each_system(tmp_path):
     (windows,) = clipboard_tools(tmp_path / "it's.png", "win32", {})
     assert windows.argv[0] == "powershell" and "it''s.png" in windows.argv[-1]
     assert [t.argv[0] for t in clipboard_tools(path, "linux", {"DISPLAY": ":0"})] == ["xclip"]
-    both = clipboard_tools(path, "linux", {"DISPLAY": ":0", "WAYLAND_DISPLAY": "w"})
-    assert [t.argv[0] for t in both] == ["wl-copy", "xclip"] and all(t.reads_stdin for t in both)
+    tools = clipboard_tools(path, "linux", {"DISPLAY": ":0", "WAYLAND_DISPLAY": "w"})
+    assert [t.argv[0] for t in tools] == ["wl-copy", "xclip"] and all(t.reads_stdin for t in tools)
     assert clipboard_tools(path, "linux", {"DISPLAY": ""}) == ()
 
 

@@ -67,16 +67,16 @@ def test_new_kind_of_mark_works_in_command_line_and_shot_file(tmp_path, capsys):
     assert "NAME=row:ROW" in "".join(capsys.readouterr().out.split("\n"))
 
 
-def test_new_kind_of_mark_is_measured_in_window_and_pull_sheet(walls):
-    mark, desk = RowMark("A", 3), walls.time
-    walls.editing.do(replace(walls.editing.shot, marks=(mark,)))
+def test_new_kind_of_mark_is_measured_in_window_and_pull_sheet(session):
+    mark, desk = RowMark("A", 3), session.time
+    session.editing.do(replace(session.editing.shot, marks=(mark,)))
     assert desk.marks.distances.distance_m(mark) == NEAR_M
-    run_until(walls, lambda: desk.timeline.cache.get(FIRST + 3) is not None, "some frames")
+    run_until(session, lambda: desk.timeline.cache.get(FIRST + 3) is not None, "some frames")
     (track,) = desk.mark_tracks()
     assert track.name == "A" and track.lines[0][0] == (FIRST, 1 / NEAR_M)
     desk.marks.follow(mark)
-    run_until(walls, lambda: walls.editing.shot.curves.focus_distance_m.keys, "the focus")
-    assert walls.editing.shot.lens_at(LAST).focus_distance_m == pytest.approx(NEAR_M, rel=1e-3)
+    run_until(session, lambda: session.editing.shot.curves.focus_distance_m.keys, "the focus")
+    assert session.editing.shot.lens_at(LAST).focus_distance_m == pytest.approx(NEAR_M, rel=1e-3)
     renderer = SimpleNamespace(scene=None, pose_at=lambda shot, frame: None)
-    sheet = mark_distances(walls.editing.shot, renderer, walls.facts.plate, FIRST)
+    sheet = mark_distances(session.editing.shot, renderer, session.facts.plate, FIRST)
     assert sheet == [("A", NEAR_M)]

@@ -27,41 +27,41 @@ from support.session_files import room_file
 
 
 @pytest.fixture
-def marks(walls):
-    return walls.time.marks
+def marks(session):
+    return session.time.marks
 
 
-def focus_m(walls, frame=None):
-    focus_frame = walls.editing.frame if frame is None else frame
-    return walls.editing.shot.lens_at(focus_frame).focus_distance_m
+def focus_m(session, frame=None):
+    focus_frame = session.editing.frame if frame is None else frame
+    return session.editing.shot.lens_at(focus_frame).focus_distance_m
 
 
-def mark_names(walls):
-    return [mark.name for mark in walls.editing.shot.marks]
+def mark_names(session):
+    return [mark.name for mark in session.editing.shot.marks]
 
 
-def make_pull(walls):
+def make_pull(session):
     """Make the pull, and wait for the frame of its arrival."""
-    marks = walls.time.marks
+    marks = session.time.marks
     marks.pulls.make()
-    run_until(walls, lambda: not marks.distances.has_request, "the pull")
+    run_until(session, lambda: not marks.distances.has_request, "the pull")
 
 
-def test_set_point_marks_a_surface_and_set_here_marks_the_focus(walls, marks):
+def test_set_point_marks_a_surface_and_set_here_marks_the_focus(session, marks):
     marks.set_point(LEFT)
     marks.set_here()
-    a, b = walls.editing.shot.marks
+    a, b = session.editing.shot.marks
     assert a == PointMark("A", *map(float, LEFT)) and b == DistanceMark("B", 4.0)
-    assert marks.pulls.target == "B" and "B" in walls.messages.text
+    assert marks.pulls.target == "B" and "B" in session.messages.text
     assert marks.distances.distance_m(a) == 2.0 and marks.distances.distance_m(b) == 4.0
-    walls.editing.undo()
+    session.editing.undo()
     assert (
-        mark_names(walls) == ["A"]
-        and walls.editing.shot.mark_named("A") == a
-        and walls.editing.shot.mark_named("B") is None
+        mark_names(session) == ["A"]
+        and session.editing.shot.mark_named("A") == a
+        and session.editing.shot.mark_named("B") is None
     )
     marks.set_point((4000, 4000))
-    assert mark_names(walls) == ["A"] and "Mark" not in walls.messages.text
+    assert mark_names(session) == ["A"] and "Mark" not in session.messages.text
 
 
 def test_set_point_without_an_open_picture_sets_no_mark(tmp_path):
@@ -73,105 +73,105 @@ def test_set_point_without_an_open_picture_sets_no_mark(tmp_path):
         session.close()
 
 
-def test_renamed_marks_stay_origin_and_target_of_the_pull(walls, marks):
+def test_renamed_marks_stay_origin_and_target_of_the_pull(session, marks):
     marks.set_point(LEFT)
     marks.set_point(RIGHT)
-    a, b = walls.editing.shot.marks
+    a, b = session.editing.shot.marks
     marks.pulls.origin = "A"
     marks.change(b, DistanceMark("actor", 5.0))
-    assert mark_names(walls) == ["A", "actor"] and (marks.pulls.origin, marks.pulls.target) == (
+    assert mark_names(session) == ["A", "actor"] and (marks.pulls.origin, marks.pulls.target) == (
         "A",
         "actor",
     )
     marks.change(a, PointMark("door", a.x_px, a.y_px))
     assert (marks.pulls.origin, marks.pulls.target) == ("door", "actor")
     with pytest.raises(HeatlensError):
-        marks.change(walls.editing.shot.mark_named("door"), DistanceMark("actor", 1.0))
-    marks.delete(walls.editing.shot.mark_named("door"))
-    assert mark_names(walls) == ["actor"]
+        marks.change(session.editing.shot.mark_named("door"), DistanceMark("actor", 1.0))
+    marks.delete(session.editing.shot.mark_named("door"))
+    assert mark_names(session) == ["actor"]
 
 
-def test_go_focuses_on_a_mark_in_one_undo_step(walls, marks):
+def test_go_focuses_on_a_mark_in_one_undo_step(session, marks):
     marks.set_point(RIGHT)
-    (mark,) = walls.editing.shot.marks
+    (mark,) = session.editing.shot.marks
     marks.focus_on(mark)
-    assert focus_m(walls) == 8.0 and not walls.editing.is_unsettled
-    walls.editing.undo()
-    assert focus_m(walls) == 4.0 and mark_names(walls) == ["A"]
+    assert focus_m(session) == 8.0 and not session.editing.is_unsettled
+    session.editing.undo()
+    assert focus_m(session) == 4.0 and mark_names(session) == ["A"]
     marks.focus_on(PointMark("Z", 4000.0, 4000.0))
-    assert focus_m(walls) == 4.0 and " Z " in walls.messages.text
+    assert focus_m(session) == 4.0 and " Z " in session.messages.text
 
 
-def test_pull_starts_at_the_playheads_focus_or_at_a_mark(walls, marks):
-    make_pull(walls)
-    assert walls.messages.text and marks.pulls.pull_count == 0
+def test_pull_starts_at_the_playheads_focus_or_at_a_mark(session, marks):
+    make_pull(session)
+    assert session.messages.text and marks.pulls.pull_count == 0
     marks.set_point(LEFT)
     marks.set_point(RIGHT)
     marks.pulls.origin, marks.pulls.target = None, "B"
     marks.pulls.set_length(6)
     assert marks.pulls.frames == 6
-    walls.time.timeline.go_to(FIRST + 2)
-    make_pull(walls)
-    assert [focus_m(walls, FIRST + at) for at in (0, 2, 8, 20)] == pytest.approx([4, 4, 8, 8])
+    session.time.timeline.go_to(FIRST + 2)
+    make_pull(session)
+    assert [focus_m(session, FIRST + at) for at in (0, 2, 8, 20)] == pytest.approx([4, 4, 8, 8])
     assert marks.pulls.pull_count == 1
-    walls.editing.undo()
+    session.editing.undo()
     marks.pulls.origin, marks.pulls.shape = "A", PullShape.LINEAR
-    make_pull(walls)
-    assert [focus_m(walls, FIRST + at) for at in (2, 5, 8)] == pytest.approx([2.0, 3.2, 8.0])
+    make_pull(session)
+    assert [focus_m(session, FIRST + at) for at in (2, 5, 8)] == pytest.approx([2.0, 3.2, 8.0])
     marks.pulls.target, marks.pulls.frames = "A", 0
-    before = walls.editing.shot
-    make_pull(walls)
-    assert walls.editing.shot == before and "0 frames" in walls.messages.text
+    before = session.editing.shot
+    make_pull(session)
+    assert session.editing.shot == before and "0 frames" in session.messages.text
 
 
-def test_pull_begin_suggests_last_length_where_it_fits(walls, marks):
+def test_pull_begin_suggests_last_length_where_it_fits(session, marks):
     assert marks.pulls.frames == PULL_FRAMES == 18 and marks.pulls.ease_percent == EASE_PERCENT
     assert marks.pulls.shape is PullShape.EASE
     marks.set_point(LEFT)
     marks.pulls.suggest()
     assert marks.pulls.frames == 18 and marks.pulls.target == "A"
-    walls.time.timeline.go_to(LAST - 5)
+    session.time.timeline.go_to(LAST - 5)
     marks.pulls.suggest()
     assert marks.pulls.frames == 5 and marks.pulls.end_warning == ""
     marks.pulls.target = "gone"
-    walls.time.timeline.go_to(LAST)
+    session.time.timeline.go_to(LAST)
     marks.pulls.suggest()
     assert marks.pulls.frames == 18 and marks.pulls.target == "A"
     assert f"frame {LAST + 18}" in marks.pulls.end_warning and f"{LAST} is the last" in (
         marks.pulls.end_warning
     )
-    make_pull(walls)
-    assert walls.messages.text == marks.pulls.end_warning
-    walls.time.timeline.go_to(LAST - 18)
+    make_pull(session)
+    assert session.messages.text == marks.pulls.end_warning
+    session.time.timeline.go_to(LAST - 18)
     assert marks.pulls.end_warning == ""
 
 
-def test_pull_begin_offers_the_next_mark_in_order(walls, marks):
+def test_pull_begin_offers_the_next_mark_in_order(session, marks):
     """The order is that of the names, whichever mark was set last: A, B, C, then A again."""
     marks.set_point(LEFT)
     marks.set_point(RIGHT)
-    walls.lens.commands.focus(5.0)
+    session.lens.commands.focus(5.0)
     marks.set_here()
     offered_targets = []
-    marks.focus_on(walls.editing.shot.mark_named("A"))
+    marks.focus_on(session.editing.shot.mark_named("A"))
     marks.pulls.set_length(6)
     for _ in range(3):
         marks.pulls.suggest()
         offered_targets.append(marks.pulls.target)
-        make_pull(walls)
-        walls.time.timeline.go_to(walls.editing.frame + 6)
+        make_pull(session)
+        session.time.timeline.go_to(session.editing.frame + 6)
     assert offered_targets == ["B", "C", "A"]
-    assert [focus_m(walls, FIRST + at) for at in (0, 6, 12, 18)] == pytest.approx([2, 8, 5, 2])
+    assert [focus_m(session, FIRST + at) for at in (0, 6, 12, 18)] == pytest.approx([2, 8, 5, 2])
 
 
-def test_pull_begin_off_all_marks_offers_mark_after_the_last_pull(walls, marks):
+def test_pull_begin_off_all_marks_offers_mark_after_the_last_pull(session, marks):
     marks.set_point(LEFT)
     marks.set_point(RIGHT)
-    walls.lens.commands.focus(0.3)
+    session.lens.commands.focus(0.3)
     marks.pulls.suggest()
     assert marks.pulls.target == "A"
-    make_pull(walls)
-    walls.time.timeline.go_to(FIRST)
+    make_pull(session)
+    session.time.timeline.go_to(FIRST)
     marks.pulls.suggest()
     assert marks.pulls.target == "B"
 
@@ -183,14 +183,14 @@ def test_pull_begin_off_all_marks_offers_mark_after_the_last_pull(walls, marks):
         {"split_dioptres": 0.2, "split_direction_deg": 180.0},  # over the left half alone
     ],
 )
-def test_tilted_or_split_focus_is_set_so_that_the_mark_is_sharp(walls, marks, focus_offset):
+def test_tilted_or_split_focus_is_set_so_that_the_mark_is_sharp(session, marks, focus_offset):
     """Going to a mark, its flag on the bar and following all use the focus for its own point."""
     marks.set_point(LEFT)
     marks.set_here()
-    tilted_lens = replace(walls.editing.lens, **focus_offset)
-    walls.editing.edit_lens(tilted_lens)
-    a = walls.editing.shot.mark_named("A")
-    expected_m = focused_at_pixel(walls.source.plate, tilted_lens, *LEFT).focus_distance_m
+    tilted_lens = replace(session.editing.lens, **focus_offset)
+    session.editing.edit_lens(tilted_lens)
+    a = session.editing.shot.mark_named("A")
+    expected_m = focused_at_pixel(session.source.plate, tilted_lens, *LEFT).focus_distance_m
     assert abs(expected_m - 2.0) > 0.1
     at_point = focus_offset_of(tilted_lens, (WIDTH, HEIGHT)).dioptres_at(*(x + 0.5 for x in LEFT))
     assert 1 / expected_m + at_point == pytest.approx(1 / 2.0)
@@ -198,12 +198,12 @@ def test_tilted_or_split_focus_is_set_so_that_the_mark_is_sharp(walls, marks, fo
     assert focus_m(walls) == pytest.approx(expected_m)
     walls.lens.commands.focus(5.0)
     marks.focus_on(a)
-    assert focus_m(walls) == pytest.approx(expected_m)
-    assert dict(walls.facts.marks_m) == pytest.approx({"A": expected_m, "B": 4.0})
+    assert focus_m(session) == pytest.approx(expected_m)
+    assert dict(session.facts.marks_m) == pytest.approx({"A": expected_m, "B": 4.0})
     assert marks.distances.distance_m(a) == 2.0  # as a tape measures it
     marks.follow(a)
-    run_until(walls, lambda: walls.editing.shot.key_frames, "the keys")
-    assert [focus_m(walls, at) for at in (FIRST, LAST)] == pytest.approx([expected_m] * 2)
+    run_until(session, lambda: session.editing.shot.key_frames, "the keys")
+    assert [focus_m(session, at) for at in (FIRST, LAST)] == pytest.approx([expected_m] * 2)
 
 
 def test_pull_in_a_still_never_reports_a_last_frame(tmp_path):
@@ -220,35 +220,35 @@ def test_pull_in_a_still_never_reports_a_last_frame(tmp_path):
         session.close()
 
 
-def test_pulls_reverse_swaps_keys_and_hold_keeps_focus(walls, marks):
+def test_pulls_reverse_swaps_keys_and_hold_keeps_focus(session, marks):
     marks.pulls.reverse()
-    assert "two keys" in walls.messages.text
+    assert "two keys" in session.messages.text
     marks.set_point(LEFT)
     marks.pulls.set_length(8)
-    make_pull(walls)
-    ends = focus_m(walls, FIRST), focus_m(walls, FIRST + 8)
+    make_pull(session)
+    ends = focus_m(session, FIRST), focus_m(session, FIRST + 8)
     marks.pulls.reverse()
-    assert (focus_m(walls, FIRST + 8), focus_m(walls, FIRST)) == ends
+    assert (focus_m(session, FIRST + 8), focus_m(session, FIRST)) == ends
     marks.pulls.hold_focus()
-    keys = walls.editing.shot.curves.focus_distance_m.keys
+    keys = session.editing.shot.curves.focus_distance_m.keys
     assert keys[0].interpolation is Interpolation.HOLD
-    assert focus_m(walls, FIRST + 7) == focus_m(walls, FIRST)
+    assert focus_m(session, FIRST + 7) == focus_m(session, FIRST)
 
 
-def test_follow_sets_focus_keys_over_the_played_frames(walls, marks):
-    walls.time.timeline.go_to(FIRST + 2)
-    walls.time.timeline.set_in()
-    walls.time.timeline.go_to(FIRST + 14)
-    walls.time.timeline.set_out()
+def test_follow_sets_focus_keys_over_the_played_frames(session, marks):
+    session.time.timeline.go_to(FIRST + 2)
+    session.time.timeline.set_in()
+    session.time.timeline.go_to(FIRST + 14)
+    session.time.timeline.set_out()
     mark = PointMark("A", *map(float, RIGHT))
     marks.follow(mark)
     assert marks.is_reading
-    run_until(walls, lambda: not marks.is_reading, "all frames")
-    frames = [key.frame for key in walls.editing.shot.curves.focus_distance_m.keys]
+    run_until(session, lambda: not marks.is_reading, "all frames")
+    frames = [key.frame for key in session.editing.shot.curves.focus_distance_m.keys]
     assert frames == [FIRST + 2, FIRST + 14]  # the wall stands still
-    assert focus_m(walls, FIRST + 14) == 8.0 and f"from {FIRST + 2} on" in walls.messages.text
-    walls.editing.undo()
-    assert not walls.editing.shot.key_frames
+    assert focus_m(session, FIRST + 14) == 8.0 and f"from {FIRST + 2} on" in session.messages.text
+    session.editing.undo()
+    assert not session.editing.shot.key_frames
 
 
 def test_follow_ends_at_damaged_frame_and_reports_its_name(tmp_path):

@@ -34,13 +34,17 @@ def test_first_picture_gets_hidden_surfaces_from_neighbors_later(dolly, tmp_path
         session.close()
 
 
-def test_neighbors_zero_adds_no_hidden_surfaces(dolly, tmp_path):
+def wait_for_search_end(session) -> None:
+    """Wait until the neighboring frames were searched for hidden surfaces."""
+    feed = session.source.feed
+    run_until(session, lambda: feed._searched_pair is not None, "the end of the search")
+
+
+def test_zero_neighboring_frames_add_no_hidden_surfaces(dolly, tmp_path):
     session = open_session(tmp_path, dolly, neighbours=0)
     try:
         run_until_settled(session)
-        run_until(
-            session, lambda: session.source.feed._searched_pair is not None, "the end of the search"
-        )
+        wait_for_search_end(session)
         assert session.source.plate.fragments is None
     finally:
         session.close()
@@ -48,16 +52,16 @@ def test_neighbors_zero_adds_no_hidden_surfaces(dolly, tmp_path):
 
 def test_only_one_neighbor_search_runs_while_playhead_moves(dolly, tmp_path, monkeypatch):
     running, running_counts, gate = [], [], threading.Event()
-    real_found = NeighbourReader.add_hidden_surfaces
+    add_hidden_surfaces = NeighbourReader.add_hidden_surfaces
 
-    def find_slowly(self, plate):
+    def add_slowly(self, plate):
         running.append(plate)
         running_counts.append(len(running))
         gate.wait(10)
         running.remove(plate)
-        return real_found(self, plate)
+        return add_hidden_surfaces(self, plate)
 
-    monkeypatch.setattr(NeighbourReader, "add_hidden_surfaces", find_slowly)
+    monkeypatch.setattr(NeighbourReader, "add_hidden_surfaces", add_slowly)
     session = open_session(tmp_path, dolly)
     try:
         for frame in (FIRST + 1, FIRST + 2, FIRST + 3):

@@ -50,7 +50,8 @@ def test_next_work_answers_a_change_before_the_plate_is_good(state, at):
 
 
 @given(STATES)
-def test_next_work_renders_frames_ahead_only_after_the_picture(state):
+def test_next_work_is_the_plate_or_a_side_until_both_are_rendered(state):
+    """While rendered frames play, there is nothing to render."""
     chosen = next_work(state)
     if is_rendering(state.plate, state.sides) and not state.plays_rendered:
         assert chosen.work in (Work.PLATE, Work.SIDE)
@@ -86,5 +87,7 @@ def test_next_work_is_nothing_when_everything_is_done():
 
 
 def test_next_work_waits_for_a_plate_not_requested_yet():
-    unasked = replace(WHOLE_PLATE, is_requested=False)
-    assert next_work(WorkState(False, unasked, (DONE_SIDE,), 0, 0.0)) == NextWork(Work.PLATE, None)
+    unrequested = replace(WHOLE_PLATE, is_requested=False)
+    assert next_work(WorkState(False, unrequested, (DONE_SIDE,), 0, 0.0)) == NextWork(
+        Work.PLATE, None
+    )

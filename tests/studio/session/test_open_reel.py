@@ -25,24 +25,25 @@ from support.evening import (
 
 GRADE = Grade((1.5, 1.0, 0.7), (0.02, 0.0, -0.02), (1.0, 1.1, 0.9), 0.5)
 CUT = FrameRange(1005, 1010)
+GRADE_OF_SHOT, NO_GRADE = None, "none"  # the export option --cdl
 
 
 @pytest.fixture
 def reel(tmp_path):
-    """Write a reel: plates, missing media, and a shot file with a focus of its own."""
+    """Write a reel: plates, missing media, and a shot file with its own focus."""
     source = write_plates(tmp_path)
-    own = tmp_path / "s3.heatlens.json"
-    write_shot(own, Shot(Lens(50.0, 2.8, 3.0, 36.0), source=source, frames=FrameRange(FIRST, LAST)))
-    gone = ReelShot("s2", "", None, ("its media are missing: /nowhere",))
+    shot_path = tmp_path / "s3.heatlens.json"
+    shot = Shot(Lens(50.0, 2.8, 3.0, 36.0), source=source, frames=FrameRange(FIRST, LAST))
+    write_shot(shot_path, shot)
+    missing = ReelShot("s2", "", None, ("its media are missing: /nowhere",))
     path = tmp_path / "cut.heatreel.json"
-    write_reel(
-        path, Reel("cut", (ReelShot("s1", source, CUT), gone, ReelShot("s3", str(own), CUT)))
-    )
+    shots = ReelShot("s1", source, CUT), missing, ReelShot("s3", str(shot_path), CUT)
+    write_reel(path, Reel("cut", shots))
     return path
 
 
 @pytest.fixture
-def session(tmp_path, reel):
+def reel_session(tmp_path, reel):
     session = begin_session(tmp_path / "preferences", str(reel))
     run_until_settled(session)
     yield session
@@ -60,58 +61,60 @@ def wait_for_shot_file(session, name: str) -> None:
     run_until_settled(session)
 
 
-def test_reel_opens_first_shot_with_its_frames_of_the_cut(session):
-    open_reel = session.files.reel
-    assert open_reel.number == 0 and session.editing.shot.in_out == CUT
-    assert session.editing.frame == CUT.first
+def test_reel_opens_first_shot_with_its_frames_of_the_cut(reel_session):
+    open_reel = reel_session.files.reel
+    assert open_reel.number == 0 and reel_session.editing.shot.in_out == CUT
+    assert reel_session.editing.frame == CUT.first
 
 
-def test_reel_steps_skip_missing_media_and_report_the_last_shot(session):
-    open_reel, door = session.files.reel, Board(session)
+def test_reel_steps_skip_missing_media_and_report_the_last_shot(reel_session):
+    open_reel, door = reel_session.files.reel, Board(reel_session)
     door.do("Next shot")
-    wait_for_shot_file(session, "s3.heatlens.json")
+    wait_for_shot_file(reel_session, "s3.heatlens.json")
     assert open_reel.number == 2
     door.do("Next shot")
-    assert open_reel.number == 2 and "last shot" in session.messages.text
+    assert open_reel.number == 2 and "last shot" in reel_session.messages.text
     door.do("Previous shot")
-    run_until_settled(session)
-    assert open_reel.number == 0 and session.editing.shot.in_out == CUT
+    run_until_settled(reel_session)
+    assert open_reel.number == 0 and reel_session.editing.shot.in_out == CUT
     open_reel.go(1)
-    assert open_reel.number == 0 and "/nowhere" in session.messages.text
+    assert open_reel.number == 0 and "/nowhere" in reel_session.messages.text
 
 
-def test_reel_step_saves_the_open_shot_file(session, reel):
-    open_reel, door = session.files.reel, Board(session)
+def test_reel_step_saves_the_open_shot_file(reel_session, reel):
+    open_reel, door = reel_session.files.reel, Board(reel_session)
     open_reel.go(2)
-    wait_for_shot_file(session, "s3.heatlens.json")
+    wait_for_shot_file(reel_session, "s3.heatlens.json")
     door.do(Focus(5.0))
-    run_until_settled(session)
+    run_until_settled(reel_session)
     open_reel.go(0)
-    run_until_settled(session)
+    run_until_settled(reel_session)
     assert read_shot(reel.parent / "s3.heatlens.json").lens.focus_distance_m == 5.0
     assert open_reel.focus_of(2).first_m == 5.0
 
 
-def test_focus_of_reads_focus_at_a_cut_before_the_shot_is_opened(session):
-    open_reel = session.files.reel
+def test_focus_of_reads_focus_at_a_cut_before_the_shot_is_opened(reel_session):
+    open_reel = reel_session.files.reel
     assert open_reel.focus_of(2).first_m == open_reel.focus_of(2).last_m == 3.0
-    assert open_reel.focus_of(0).last_m == session.editing.shot.lens_at(CUT.last).focus_distance_m
+    assert (
+        open_reel.focus_of(0).last_m == reel_session.editing.shot.lens_at(CUT.last).focus_distance_m
+    )
 
 
-def test_next_shot_is_barred_without_a_reel(walls):
-    commands = {command.name: command for command in Board(walls).commands}
+def test_next_shot_is_barred_without_a_reel(session):
+    commands = {command.name: command for command in Board(session).commands}
     assert commands["Next shot"].why_not() and not commands["Next shot"].is_on
 
 
-def test_reel_stays_when_another_file_is_opened(session, tmp_path):
+def test_reel_stays_when_another_file_is_opened(reel_session, tmp_path):
     """The list of shots stays, and its next shot is opened as before."""
     (tmp_path / "other").mkdir()
     other = write_plates(tmp_path / "other")
-    session.files.commands.open(other)
-    run_until(session, lambda: session.editing.shot.source == other, "the other plates")
-    session.files.reel.go(2)
-    wait_for_shot_file(session, "s3.heatlens.json")
-    assert session.files.reel.number == 2
+    reel_session.files.commands.open(other)
+    run_until(reel_session, lambda: reel_session.editing.shot.source == other, "the other plates")
+    reel_session.files.reel.go(2)
+    wait_for_shot_file(reel_session, "s3.heatlens.json")
+    assert reel_session.files.reel.number == 2
 
 
 @pytest.fixture
@@ -121,15 +124,17 @@ def cut(tmp_path):
     for name in ("a", "b", "c"):
         (tmp_path / name).mkdir()
         sources.append(write_plates(tmp_path / name))
-    own = tmp_path / "c.heatlens.json"
+    shot_path = tmp_path / "c.heatlens.json"
     frames = FrameRange(1003, 1004)
     lens = Lens(50.0, 2.8, 3.0, 36.0)
-    write_shot(own, Shot(lens, source=sources[2], frames=FrameRange(FIRST, LAST), in_out=frames))
+    write_shot(
+        shot_path, Shot(lens, source=sources[2], frames=FrameRange(FIRST, LAST), in_out=frames)
+    )
     shots = (
         ReelShot("a", sources[0], FrameRange(1005, 1006)),
         ReelShot("gone", "", None, ("its media are missing: /nowhere",)),
         ReelShot("b", sources[1], FrameRange(1010, 1011)),
-        ReelShot("c", str(own)),
+        ReelShot("c", str(shot_path)),
     )
     path = tmp_path / "cut.heatreel.json"
     write_reel(path, Reel("cut", shots))
@@ -203,20 +208,20 @@ def test_in_out_of_the_cut_does_not_count_as_a_change(cut, tmp_path):
     assert not list(tmp_path.rglob("unsaved/*"))
 
 
-def test_in_out_of_the_cut_applies_to_a_shot_file(session):
+def test_in_out_of_the_cut_applies_to_a_shot_file(reel_session):
     """The shot plays the frames that the reel shows of it, and is not marked as changed."""
-    session.files.reel.go(2)
-    wait_for_shot_file(session, "s3.heatlens.json")
-    assert session.editing.shot.in_out == CUT and session.editing.frame == CUT.first
-    assert session.time.timeline.played == CUT
-    assert session.files.documents.is_saved and not session.editing.history.past
+    reel_session.files.reel.go(2)
+    wait_for_shot_file(reel_session, "s3.heatlens.json")
+    assert reel_session.editing.shot.in_out == CUT and reel_session.editing.frame == CUT.first
+    assert reel_session.time.timeline.played == CUT
+    assert reel_session.files.documents.is_saved and not reel_session.editing.history.past
 
 
-def test_shot_file_opened_outside_the_reel_has_its_own_in_out(session, reel):
-    session.files.reel.go(2)
-    wait_for_shot_file(session, "s3.heatlens.json")
-    session.files.commands.open(str(reel.parent / "s3.heatlens.json"))
-    run_until(session, lambda: session.editing.shot.in_out is None, "the whole shot")
+def test_shot_file_opened_outside_the_reel_has_its_own_in_out(reel_session, reel):
+    reel_session.files.reel.go(2)
+    wait_for_shot_file(reel_session, "s3.heatlens.json")
+    reel_session.files.commands.open(str(reel.parent / "s3.heatlens.json"))
+    run_until(reel_session, lambda: reel_session.editing.shot.in_out is None, "the whole shot")
 
 
 def test_reel_shot_without_a_file_keeps_its_edits_across_steps(cut, tmp_path):
@@ -241,34 +246,44 @@ def test_reel_shot_without_a_file_keeps_its_edits_across_steps(cut, tmp_path):
     assert cut.files.documents.offer is None and not cut.files.documents.is_reading
 
 
-def test_reel_shot_is_shown_with_its_grade_unless_switched_off(tmp_path):
-    """With "Grade of the shot" off, window and export leave the grade out."""
+@pytest.fixture
+def graded(tmp_path):
+    """Return a session with a reel of a graded shot and an ungraded one; the first is open."""
     source, path = write_plates(tmp_path), tmp_path / "cut.heatreel.json"
     write_reel(
         path, Reel("cut", (ReelShot("s1", source, CUT, grade=GRADE), ReelShot("s2", source)))
     )
     session = begin_session(tmp_path / "preferences", str(path))
     run_until_settled(session)
-    try:
-        assert session.editing.shot.grade == GRADE and not session.editing.history.past
-        color, screen = session.pictures.color, Screen()
-        color.apply(session.facts.view, screen, session.facts.shot.grade)
-        graded = color.transform.key
-        assert session.pictures.display.options().cdl is None
-        Board(session).do("Grade of the shot")
-        color.apply(session.facts.view, screen, session.facts.shot.grade)
-        assert color.transform.key != graded
-        assert session.pictures.display.options().cdl == "none"
-        session.files.reel.go(1)
-        run_until_settled(session)
-        assert session.editing.shot.grade is None
-        assert {c.name: c for c in Board(session).commands}["Grade of the shot"].why_not()
-    finally:
-        session.close()
+    yield session
+    session.close()
 
 
-class Screen:
-    """Stands for the pictures on the screen."""
+def color_key(session):
+    """Return the key of the transform that brings the shot's colors to the screen."""
+    color = session.pictures.color
+    color.apply(session.facts.view, FakeScreen(), session.facts.shot.grade)
+    return color.transform.key
+
+
+def test_grade_of_reel_shot_is_on_screen_and_in_export_unless_switched_off(graded):
+    assert graded.editing.shot.grade == GRADE and not graded.editing.history.past
+    graded_key = color_key(graded)
+    assert graded.pictures.display.options().cdl is GRADE_OF_SHOT
+    Board(graded).do("Grade of the shot")
+    assert color_key(graded) != graded_key
+    assert graded.pictures.display.options().cdl == NO_GRADE
+
+
+def test_grade_command_is_disabled_for_shot_without_grade(graded):
+    graded.files.reel.go(1)
+    run_until_settled(graded)
+    assert graded.editing.shot.grade is None
+    assert {it.name: it for it in Board(graded).commands}["Grade of the shot"].why_not()
+
+
+class FakeScreen:
+    """A fake of the pictures on the screen."""
 
     transform_version = 0
 
@@ -280,15 +295,15 @@ class Screen:
         """Take any transform."""
 
 
-def test_import_of_a_grade_is_one_undo_step(session, tmp_path):
+def test_import_of_a_grade_is_one_undo_step(reel_session, tmp_path):
     path = tmp_path / "a.cc"
     path.write_text(
         "<ColorCorrection><SOPNode><Slope>1.5 1 0.7</Slope><Offset>0.02 0 -0.02</Offset>"
         "<Power>1 1.1 0.9</Power></SOPNode><SatNode><Saturation>0.5</Saturation></SatNode>"
         "</ColorCorrection>"
     )
-    session.files.commands.grades.begin(path)
-    run_until(session, lambda: session.editing.shot.grade is not None, "the grade")
-    assert session.editing.shot.grade == GRADE and "a.cc" in session.messages.text
-    session.editing.undo()
-    assert session.editing.shot.grade is None
+    reel_session.files.commands.grades.begin(path)
+    run_until(reel_session, lambda: reel_session.editing.shot.grade is not None, "the grade")
+    assert reel_session.editing.shot.grade == GRADE and "a.cc" in reel_session.messages.text
+    reel_session.editing.undo()
+    assert reel_session.editing.shot.grade is None

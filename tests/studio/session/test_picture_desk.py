@@ -30,8 +30,8 @@ LENS = Lens(50.0, 2.0, 3.0, 36.0)
 
 
 @pytest.fixture
-def view(walls):
-    return walls.pictures.commands
+def view(session):
+    return session.pictures.commands
 
 
 # The ruler
@@ -46,10 +46,10 @@ def test_point_m_places_pixel_as_seen_by_a_pinhole_camera():
     assert wide.point_m((19, 11), 50.0) == pytest.approx((1.5, -0.25, 50.0))
 
 
-def test_ruler_measures_distance_in_space_between_two_presses(walls, view):
+def test_ruler_measures_distance_in_space_between_two_presses(session, view):
     ruler = view.ruler
     view.toggle_ruler()
-    assert ruler.is_on and ruler.why_not() == "" and not walls.messages.text
+    assert ruler.is_on and ruler.why_not() == "" and not session.messages.text
     ruler.press(LEFT)
     assert ruler.points == (LEFT,) and ruler.measure() is None
     across = (RIGHT[0] - LEFT[0], 0)
@@ -75,19 +75,19 @@ def test_ruler_measures_distance_in_space_between_two_presses(walls, view):
     assert not view.leave_mode()
 
 
-def test_leave_closes_the_ruler_before_the_grid(walls, view):
+def test_leave_closes_the_ruler_before_the_grid(session, view):
     view.toggle_compare(Compare.GRID)
     view.toggle_ruler()
-    assert walls.facts.view.compare is Compare.OFF and view.ruler.is_on
+    assert session.facts.view.compare is Compare.OFF and view.ruler.is_on
     view.change(compare=Compare.GRID)
-    assert view.leave_mode() and not view.ruler.is_on and walls.facts.view.compare is Compare.GRID
-    assert view.leave_mode() and walls.facts.view.compare is Compare.OFF
+    assert view.leave_mode() and not view.ruler.is_on and session.facts.view.compare is Compare.GRID
+    assert view.leave_mode() and session.facts.view.compare is Compare.OFF
     view.toggle_compare(Compare.WIPE)
-    assert not view.leave_mode() and walls.facts.view.compare is Compare.WIPE
+    assert not view.leave_mode() and session.facts.view.compare is Compare.WIPE
 
 
-def test_ruler_says_why_it_cannot_measure(walls, view):
-    ruler, picture = view.ruler, walls.source.picture
+def test_ruler_says_why_it_cannot_measure(session, view):
+    ruler, picture = view.ruler, session.source.picture
     grey = np.ones((4, 6, 3), np.float32)
     picture.plate = coc_plate_of(grey, np.ones((4, 6), np.float32))
     assert "distances" in ruler.why_not() and not ruler.is_inside((2, 2))
@@ -98,7 +98,7 @@ def test_ruler_says_why_it_cannot_measure(walls, view):
     assert ruler.measure() is None or math.isinf(ruler.measure().distance_m)
     ruler.switch_off()
     ruler.toggle()
-    assert "lens" in walls.messages.text
+    assert "lens" in session.messages.text
     picture.plate = None
     assert "distances" not in ruler.why_not() != "" and ruler.measure((1, 1)) is None
     assert not ruler.is_inside((1, 1))
@@ -107,57 +107,60 @@ def test_ruler_says_why_it_cannot_measure(walls, view):
 # The view
 
 
-def test_expose_steps_by_quarter_stops_and_reset_restores(walls, view):
+def test_expose_steps_by_quarter_stops_and_reset_restores(session, view):
     view.expose(3)
-    assert walls.facts.view.exposure_stops == 0.75
+    assert session.facts.view.exposure_stops == 0.75
     view.expose(-1)
     view.change(gamma=2.0)
-    assert walls.facts.view.exposure_stops == 0.5
+    assert session.facts.view.exposure_stops == 0.5
     view.reset_exposure_and_gamma()
-    assert (walls.facts.view.exposure_stops, walls.facts.view.gamma) == (0.0, 1.0)
+    assert (session.facts.view.exposure_stops, session.facts.view.gamma) == (0.0, 1.0)
 
 
-def test_unit_matte_guide_and_peaking_toggle(walls, view):
+def test_unit_matte_guide_and_peaking_toggle(session, view):
     for unit in ("ft", "m"):
         view.toggle_unit()
-        assert walls.facts.view.unit == unit
+        assert session.facts.view.unit == unit
     for aspect, shown in ((2.39, 2.39), (1.85, 1.85), (1.85, None)):
         view.toggle_matte(aspect)
-        assert walls.facts.view.guides.aspect == shown
+        assert session.facts.view.guides.aspect == shown
     for is_on in (True, False):
         view.toggle_guide("thirds")
         view.toggle("is_peaking")
-        assert walls.facts.view.guides.thirds is is_on is walls.facts.view.is_peaking
+        assert session.facts.view.guides.thirds is is_on is session.facts.view.is_peaking
 
 
-def test_zoom_keeps_the_middle_and_one_to_one_is_zoom_one(walls, view):
-    walls.pictures.view.viewport = Viewport((0.0, 0.0), (96.0, 64.0))
+def test_zoom_keeps_the_middle_and_one_to_one_is_zoom_one(session, view):
+    session.pictures.view.viewport = Viewport((0.0, 0.0), (96.0, 64.0))
     view.one_to_one()
-    assert walls.facts.view.zoom == 1.0
+    assert session.facts.view.zoom == 1.0
     view.zoom(2.0)
-    assert walls.facts.view.zoom == 2.0
-    assert walls.facts.view.center_px == pytest.approx((WIDTH / 2, HEIGHT / 2))
+    assert session.facts.view.zoom == 2.0
+    assert session.facts.view.center_px == pytest.approx((WIDTH / 2, HEIGHT / 2))
     view.fit()
-    assert walls.facts.view.zoom is None is walls.facts.view.center_px
+    assert session.facts.view.zoom is None is session.facts.view.center_px
 
 
-def test_b_can_be_pinhole_method_or_loaded_reference(walls, view):
+def test_b_can_be_pinhole_method_or_loaded_reference(session, view):
     view.compare_with(Method.SCATTER)
-    state = walls.facts.view
+    state = session.facts.view
     assert (state.compare, state.against, state.b_method) == (
         *(Compare.WIPE, Against.METHOD, Method.SCATTER),
     )
     view.change(compare=Compare.FLIP)
     view.compare_with(None)
-    assert (walls.facts.view.compare, walls.facts.view.against) == (Compare.FLIP, Against.PINHOLE)
+    assert (session.facts.view.compare, session.facts.view.against) == (
+        Compare.FLIP,
+        Against.PINHOLE,
+    )
     view.swap_b()
-    assert walls.facts.view.against is Against.PINHOLE and "No reference" in walls.messages.text
-    walls.pictures.references.current = object()
+    assert session.facts.view.against is Against.PINHOLE and "No reference" in session.messages.text
+    session.pictures.references.current = object()
     view.swap_b()
-    assert walls.facts.view.against is Against.REFERENCE
+    assert session.facts.view.against is Against.REFERENCE
     view.swap_b()
-    assert walls.facts.view.against is Against.PINHOLE
-    walls.pictures.references.current = None
+    assert session.facts.view.against is Against.PINHOLE
+    session.pictures.references.current = None
 
 
 def test_reference_loader_keeps_last_reference_when_reading_fails(ctx, tmp_path):
@@ -191,29 +194,29 @@ def test_reference_loader_keeps_last_reference_when_reading_fails(ctx, tmp_path)
 # The lens, the time of the window, the picture on the GPU
 
 
-def test_lens_commands_nudge_reset_and_cycle_values(walls):
-    lens = walls.lens.commands
-    start = walls.facts.lens
-    most = walls.source.picture.histogram.most_dioptres
+def test_lens_commands_nudge_reset_and_cycle_values(session):
+    lens = session.lens.commands
+    start = session.facts.lens
+    most = session.source.picture.histogram.most_dioptres
     lens.nudge_focus(10.0)
-    assert 1 / walls.facts.lens.focus_distance_m == pytest.approx(0.25 + 10 / 250 * most)
+    assert 1 / session.facts.lens.focus_distance_m == pytest.approx(0.25 + 10 / 250 * most)
     lens.nudge_focus(-1000.0)
-    assert math.isinf(walls.facts.lens.focus_distance_m)
+    assert math.isinf(session.facts.lens.focus_distance_m)
     lens.reset()
-    assert walls.facts.lens == start
+    assert session.facts.lens == start
     lens.focus_at_infinity()
-    assert math.isinf(walls.facts.lens.focus_distance_m)
+    assert math.isinf(session.facts.lens.focus_distance_m)
     lens.focus_at((9999, 5))
-    assert math.isinf(walls.facts.lens.focus_distance_m)
+    assert math.isinf(session.facts.lens.focus_distance_m)
     for values, command, field in (
         (list(Bokeh), lens.next_bokeh, "bokeh"),
         ([None, *Quality], lens.next_quality, "quality"),
     ):
-        before = getattr(walls.editing.shot.defocus, field)
+        before = getattr(session.editing.shot.defocus, field)
         chosen_values = []
         for _ in values:
             command()
-            chosen_values.append(getattr(walls.editing.shot.defocus, field))
+            chosen_values.append(getattr(session.editing.shot.defocus, field))
         assert set(chosen_values) == set(values) and chosen_values[-1] is before
 
 
@@ -293,8 +296,8 @@ def test_with_names_replaces_names_unknown_to_the_color_config():
         ColorChoice("/no/such/config.ocio", messages.append)
 
 
-def test_session_opens_at_the_first_frame_of_the_sequence(walls):
-    assert walls.editing.frame == FIRST
+def test_session_opens_at_the_first_frame_of_the_sequence(session):
+    assert session.editing.frame == FIRST
 
 
 def test_focus_at_takes_blurred_foreground_and_focus_on_other_toggles(tmp_path):

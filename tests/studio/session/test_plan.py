@@ -24,10 +24,10 @@ def plate_of(depth: np.ndarray, x0: int = 0) -> SimpleNamespace:
     `asked` records each box whose depth the plan read.
     """
     height, width = depth.shape
-    asked: list[Box] = []
+    requested_boxes: list[Box] = []
 
     def depth_in(box: Box) -> np.ndarray:
-        asked.append(box)
+        requested_boxes.append(box)
         return depth[box.y0 : box.y1, box.x0 : box.x1]
 
     return SimpleNamespace(
@@ -35,7 +35,7 @@ def plate_of(depth: np.ndarray, x0: int = 0) -> SimpleNamespace:
         data_window=Box(x0, 0, x0 + width, height),
         display_window=Box(0, 0, WIDTH, HEIGHT),
         pixel_aspect_ratio=1.0,
-        asked=asked,
+        asked=requested_boxes,
     )
 
 

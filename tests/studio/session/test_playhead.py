@@ -13,73 +13,73 @@ FOCUS = LensParameter.FOCUS_DISTANCE
 
 
 @pytest.fixture
-def time(walls) -> Timeline:
-    return walls.time.timeline
+def time(session) -> Timeline:
+    return session.time.timeline
 
 
-def frame(walls):
-    return walls.editing.frame
+def frame(session):
+    return session.editing.frame
 
 
-def test_playhead_stays_within_frames_and_keeps_its_direction(walls, time):
+def test_playhead_stays_within_frames_and_keeps_its_direction(session, time):
     assert time.frames == FrameRange(FIRST, LAST) == time.played == time.visible_range
     assert time.is_sequence and time.has_time and time.is_shown and time.cache is not None
     time.go_to(FIRST + 5)
-    assert frame(walls) == FIRST + 5 and time.direction == 1
+    assert frame(session) == FIRST + 5 and time.direction == 1
     time.step(-2)
-    assert frame(walls) == FIRST + 3 and time.direction == -1
+    assert frame(session) == FIRST + 3 and time.direction == -1
     time.go_to(FIRST + 3)
     assert time.direction == -1
     time.go_to(LAST + 99)
-    assert frame(walls) == LAST
+    assert frame(session) == LAST
     time.go_to(0)
-    assert frame(walls) == FIRST
+    assert frame(session) == FIRST
     time.move_playhead(LAST + 7)  # as playback does, which knows where it goes
-    assert frame(walls) == LAST + 7
+    assert frame(session) == LAST + 7
 
 
-def test_go_to_key_moves_to_the_next_whole_frame_with_a_key(walls, time):
+def test_go_to_key_moves_to_the_next_whole_frame_with_a_key(session, time):
     for at in (FIRST + 4, FIRST + 10):
         time.go_to(at)
-        walls.time.keys.set_here()
+        session.time.keys.set_here()
     time.go_to(FIRST + 7)
     time.go_to_key(1)
-    assert frame(walls) == FIRST + 10
+    assert frame(session) == FIRST + 10
     time.go_to_key(1)
-    assert frame(walls) == FIRST + 10  # there is none beyond
+    assert frame(session) == FIRST + 10  # there is none beyond
     time.go_to_key(-1)
-    assert frame(walls) == FIRST + 4
+    assert frame(session) == FIRST + 4
     time.go_to_key(-1)
-    assert frame(walls) == FIRST + 4
-    walls.time.keys.select_all()
-    walls.time.keys.move(0.5)
+    assert frame(session) == FIRST + 4
+    session.time.keys.select_all()
+    session.time.keys.move(0.5)
     time.go_to(FIRST)
     time.go_to_key(1)
-    assert frame(walls) == FIRST + 5  # the next whole frame
+    assert frame(session) == FIRST + 5  # the next whole frame
     time.go_to(FIRST + 8)
     time.go_to_key(-1)
-    assert frame(walls) == FIRST + 4
+    assert frame(session) == FIRST + 4
 
 
-def test_reach_includes_keys_outside_the_frames(walls, time):
-    shot = walls.editing.shot
-    walls.editing.do(shot.with_key(FIRST - 3.5, FOCUS, 3.0).with_key(LAST + 5.5, FOCUS, 3.0))
+def test_reach_includes_keys_outside_the_frames(session, time):
+    shot = session.editing.shot
+    session.editing.do(shot.with_key(FIRST - 3.5, FOCUS, 3.0).with_key(LAST + 5.5, FOCUS, 3.0))
     assert time.visible_range == FrameRange(FIRST - 4, LAST + 6)
     assert time.frames == FrameRange(FIRST, LAST)
     time.go_to(LAST + 99)
-    assert frame(walls) == LAST + 6
+    assert frame(session) == LAST + 6
 
 
-def test_set_in_and_set_out_use_the_playhead(walls, time):
+def test_set_in_and_set_out_use_the_playhead(session, time):
     time.go_to(FIRST + 4)
     time.set_in()
-    assert walls.editing.shot.in_out == FrameRange(FIRST + 4, LAST) == time.played
+    assert session.editing.shot.in_out == FrameRange(FIRST + 4, LAST) == time.played
     time.go_to(FIRST + 9)
     time.set_out()
     assert time.played == FrameRange(FIRST + 4, FIRST + 9)
     for direction, end in ((1, FIRST + 9), (-1, FIRST + 4)):
         time.go_to_end(direction)
-        assert frame(walls) == end
+        assert frame(session) == end
     time.go_to(FIRST + 2)
     time.set_out()  # before the in point, which comes along
     assert time.played == FrameRange(FIRST + 2, FIRST + 2)
@@ -87,13 +87,13 @@ def test_set_in_and_set_out_use_the_playhead(walls, time):
     time.set_in()
     assert time.played == FrameRange(FIRST + 6, FIRST + 6)
     time.clear_in_out()
-    assert walls.editing.shot.in_out is None and time.played == FrameRange(FIRST, LAST)
+    assert session.editing.shot.in_out is None and time.played == FrameRange(FIRST, LAST)
     time.go_to(FIRST)
     time.set_in()
-    assert walls.editing.shot.in_out is None  # all frames are no choice
+    assert session.editing.shot.in_out is None  # all frames are no choice
 
 
-def test_play_stops_at_a_second_press(walls, time):
+def test_play_stops_at_a_second_press(session, time):
     time.play(1)
     assert time.playback.direction == 1
     time.play(-1)
@@ -109,23 +109,25 @@ def test_play_stops_at_a_second_press(walls, time):
     assert time.playback.direction == 0
 
 
-def test_missing_frame_stops_playback_only_with_missing_stop(walls, time, tmp_path):
+def test_missing_frame_stops_playback_only_with_missing_stop(session, time, tmp_path):
     (tmp_path / f"walls.{FIRST + 2}.exr").unlink()
-    walls.files.commands.open(str(tmp_path / "walls.####.exr"))
+    session.files.commands.open(str(tmp_path / "walls.####.exr"))
     run_until(
-        walls, lambda: time.cache is not None and not time.cache.sequence.has_file(FIRST + 2), "gap"
+        session,
+        lambda: time.cache is not None and not time.cache.sequence.has_file(FIRST + 2),
+        "gap",
     )
     time.play(1)
     assert time.can_play(FIRST + 2) and time.missing == "hold"
     time.missing = "stop"
     assert time.can_play(FIRST + 3)
     assert not time.can_play(FIRST + 2) and time.playback.direction == 0
-    assert "is missing" in walls.messages.text
+    assert "is missing" in session.messages.text
 
 
-def test_timeline_runs_report_frames_in_memory(walls, time):
+def test_timeline_runs_report_frames_in_memory(session, time):
     first_frames = range(FIRST, FIRST + 8)
-    run_until(walls, lambda: all(map(time.cache.get, first_frames)), "eight frames in a row")
+    run_until(session, lambda: all(map(time.cache.get, first_frames)), "eight frames in a row")
     (run,) = time.runs()
     assert (run.first, run.state) == (FIRST, "ready") and run.last >= FIRST + 7
     assert not time.is_outdated
@@ -163,7 +165,7 @@ def test_frame_range_is_limited_to_a_million_frames():
     assert _range(0, 5_000_000) == FrameRange(0, 999_999)
 
 
-def test_timecode_counts_from_the_first_frame(walls, time):
+def test_timecode_counts_from_the_first_frame(session, time):
     assert time.timecode == ""
     time.go_to(FIRST + 24)
     time.go_to(FIRST + 5)
@@ -172,7 +174,7 @@ def test_timecode_counts_from_the_first_frame(walls, time):
     for wrong in ("01:00:00:24", "soon"):
         with pytest.raises(InputError):
             time.start_timecode(wrong)
-    walls.editing.do(walls.editing.shot.with_start_timecode("01:00:00:00"))
+    session.editing.do(session.editing.shot.with_start_timecode("01:00:00:00"))
     assert time.timecode == "01:00:00:05"
 
 

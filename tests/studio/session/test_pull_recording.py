@@ -14,14 +14,14 @@ FOCUS = LensParameter.FOCUS_DISTANCE
 
 
 @pytest.fixture(scope="module")
-def opened(tmp_path_factory):
+def shared_session(tmp_path_factory):
     with session_with_walls(tmp_path_factory.mktemp("walls")) as session:
         yield session
 
 
 @pytest.fixture
-def session(opened):
-    return reset_recording(opened, FOCUS)
+def session(shared_session):
+    return reset_recording(shared_session, FOCUS)
 
 
 def perform(session, frames=range(FIRST, LAST + 1), distance_m=pull_focus_m) -> None:
@@ -56,12 +56,16 @@ def test_recorded_pull_becomes_few_keys_within_the_tolerance(session):
     assert session.time.recording.state is RecordingState.OFF
 
 
-def test_recording_shows_moved_focus_without_setting_keys(session):
-    before = session.facts.shot
+def begin_recording(session) -> None:
     session.time.recording.arm()
     session.time.timeline.play(1)
     session.time.recording.poll()
     assert session.time.recording.state is RecordingState.RECORDING
+
+
+def test_recording_shows_moved_focus_without_setting_keys(session):
+    before = session.facts.shot
+    begin_recording(session)
     session.lens.commands.focus(3.0)
     session.time.timeline.move_playhead(FIRST + 1)
     session.time.recording.poll()
@@ -71,6 +75,12 @@ def test_recording_shows_moved_focus_without_setting_keys(session):
         == 3.0
     )
     assert session.facts.shot == before and not session.time.frames_ahead.plays_kept_frames
+
+
+def test_f_stop_stepped_while_recording_changes_shot_but_not_its_focus(session):
+    before = session.facts.shot
+    begin_recording(session)
+    session.lens.commands.focus(3.0)
     session.lens.commands.step_f_stop(3)
     assert session.facts.shot.lens.f_stop > before.lens.f_stop
     assert session.facts.shot.lens.focus_distance_m == before.lens.focus_distance_m

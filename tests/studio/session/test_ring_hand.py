@@ -31,13 +31,13 @@ class FakeReceiver:
 
 
 @pytest.fixture
-def said() -> list[str]:
+def messages() -> list[str]:
     return []
 
 
 @pytest.fixture
-def editing(said) -> Editing:
-    return Editing(Shot(Lens(50.0, 2.8, 2.0, 36.0)), said.append)
+def editing(messages) -> Editing:
+    return Editing(Shot(Lens(50.0, 2.8, 2.0, 36.0)), messages.append)
 
 
 @pytest.fixture
@@ -46,8 +46,8 @@ def receiver() -> FakeReceiver:
 
 
 @pytest.fixture
-def hand(receiver, editing, said) -> RingHand:
-    return RingHand(receiver, editing, said.append)
+def hand(receiver, editing, messages) -> RingHand:
+    return RingHand(receiver, editing, messages.append)
 
 
 def test_ring_sets_the_lens_values_it_sends_and_no_others(hand, receiver, editing):
@@ -81,24 +81,24 @@ def test_turn_of_the_ring_is_one_undo_step(hand, receiver, editing):
     assert editing.shot == before
 
 
-def test_silent_ring_is_reported_once_and_the_lens_stays(hand, receiver, editing, said):
+def test_silent_ring_is_reported_once_and_the_lens_stays(hand, receiver, editing, messages):
     receiver.hears(focus_distance_m=1.4)
     hand.poll()
     for _ in range(3):
         receiver.hears(age_s=1.5)
         hand.poll()
-    assert [sentence for sentence in said if "silent" in sentence] == said
-    assert len(said) == 1
+    assert [sentence for sentence in messages if "silent" in sentence] == messages
+    assert len(messages) == 1
     assert editing.lens.focus_distance_m == 1.4
     assert hand.seconds_until_needed() is None
 
 
-def test_impossible_lens_from_the_ring_is_reported_and_ignored(hand, receiver, editing, said):
+def test_impossible_lens_from_the_ring_is_reported_and_ignored(hand, receiver, editing, messages):
     before = editing.lens
     receiver.hears(focus_distance_m=0.01)
     hand.poll()
     assert editing.lens == before
-    assert "cannot be used" in said[-1]
+    assert "cannot be used" in messages[-1]
 
 
 def test_ring_that_is_not_followed_changes_nothing(hand, receiver, editing):
@@ -109,7 +109,7 @@ def test_ring_that_is_not_followed_changes_nothing(hand, receiver, editing):
     assert editing.shot == before
 
 
-def test_learned_channel_turns_the_iris(hand, receiver, editing, said):
+def test_learned_channel_turns_the_iris(hand, receiver, editing, messages):
     receiver.hears(channels={"/1/fader1": 0.2})
     hand.learn(Ring.IRIS)
     before = editing.lens
@@ -118,7 +118,7 @@ def test_learned_channel_turns_the_iris(hand, receiver, editing, said):
         hand.poll()
     assert editing.lens == before  # it waits while the control is learnt
     hand.end_learning()
-    assert "turns the iris" in said[-1]
+    assert "turns the iris" in messages[-1]
     receiver.hears(channels={"/1/fader1": 1.0})
     hand.poll()
     assert editing.lens.f_stop == 22.0
@@ -128,15 +128,15 @@ def test_learned_channel_turns_the_iris(hand, receiver, editing, said):
     assert editing.lens.f_stop == 22.0
 
 
-def test_learning_without_a_turn_is_reported(hand, receiver, said):
+def test_learning_without_a_turn_is_reported(hand, receiver, messages):
     hand.learn(Ring.FOCUS)
     hand.end_learning()
-    assert "none was learnt" in said[-1] and hand.maps == ()
+    assert "none was learnt" in messages[-1] and hand.maps == ()
 
 
-def test_to_picture_s_runs_from_first_turn_to_picture_of_the_last(receiver, editing, said):
+def test_to_picture_s_runs_from_first_turn_to_picture_of_the_last(receiver, editing, messages):
     clock_s = [10.0]
-    hand = RingHand(receiver, editing, said.append, clock=lambda: clock_s[0])
+    hand = RingHand(receiver, editing, messages.append, clock=lambda: clock_s[0])
     before = editing.lens
     assert hand.median_latency_s is None
     receiver.hears(focus_distance_m=1.4, age_s=0.003)
@@ -152,15 +152,15 @@ def test_to_picture_s_runs_from_first_turn_to_picture_of_the_last(receiver, edit
     assert hand.median_latency_s == pytest.approx(0.040)
 
 
-def test_ring_hand_without_a_ring_waits_for_nothing(editing, said):
-    hand = RingHand(None, editing, said.append)
+def test_ring_hand_without_a_ring_waits_for_nothing(editing, messages):
+    hand = RingHand(None, editing, messages.append)
     hand.poll()
     assert hand.heard is None and hand.seconds_until_needed() is None
 
 
-def test_ring_news_wakes_the_window_only_for_a_changed_lens(receiver, editing, said):
+def test_ring_news_wakes_the_window_only_for_a_changed_lens(receiver, editing, messages):
     wake_calls: list[int] = []
-    hand = RingHand(receiver, editing, said.append, wake=lambda: wake_calls.append(1))
+    hand = RingHand(receiver, editing, messages.append, wake=lambda: wake_calls.append(1))
     receiver.hears(focus_distance_m=1.4)
     receiver.on_news()
     assert wake_calls == [1] and hand.news.is_due
@@ -171,9 +171,9 @@ def test_ring_news_wakes_the_window_only_for_a_changed_lens(receiver, editing, s
     assert wake_calls == [1]
 
 
-def test_is_turning_lasts_a_moment_after_each_turn(receiver, editing, said):
+def test_is_turning_lasts_a_moment_after_each_turn(receiver, editing, messages):
     clock_s = [10.0]
-    hand = RingHand(receiver, editing, said.append, clock=lambda: clock_s[0])
+    hand = RingHand(receiver, editing, messages.append, clock=lambda: clock_s[0])
     assert not hand.is_turning
     receiver.hears(focus_distance_m=1.4)
     hand.poll()

@@ -59,19 +59,21 @@ class Ring:
 
 
 @pytest.fixture(scope="module")
-def opened(tmp_path_factory):
+def shared_session(tmp_path_factory):
     with session_with_walls(tmp_path_factory.mktemp("walls")) as session:
         yield session
 
 
 @pytest.fixture
-def session(opened):
+def session(shared_session):
     """Return a session that follows a fake ring."""
-    reset_recording(opened, FOCUS, IRIS, f_stop=2.8)
-    ring = RingHand(Ring(), opened.editing, opened.messages.say)
-    opened.lens.ring = ring
-    opened.time.recording._ring = RingTake(ring, opened.source, opened.editing)
-    return opened
+    reset_recording(shared_session, FOCUS, IRIS, f_stop=2.8)
+    ring = RingHand(Ring(), shared_session.editing, shared_session.messages.say)
+    shared_session.lens.ring = ring
+    shared_session.time.recording._ring = RingTake(
+        ring, shared_session.source, shared_session.editing
+    )
+    return shared_session
 
 
 def perform(session, late: int, **more) -> None:

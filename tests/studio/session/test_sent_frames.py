@@ -15,9 +15,9 @@ SENT_LENS = {"focal_length_mm": 35, "sensor_width_mm": 36, "f_stop": 4, "focus_d
 
 @pytest.fixture
 def stream():
-    made = StreamSource("127.0.0.1", 0)
-    yield made
-    made.close()
+    new_source = StreamSource("127.0.0.1", 0)
+    yield new_source
+    new_source.close()
 
 
 @pytest.fixture

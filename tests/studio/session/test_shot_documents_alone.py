@@ -28,8 +28,8 @@ MARK = DistanceMark("A", 3.0)
 
 
 @pytest.fixture
-def documents(walls):
-    return walls.files.documents
+def documents(session):
+    return session.files.documents
 
 
 def set_marks(session, *marks):
@@ -41,32 +41,32 @@ def save_shot(session, path):
     run_until_settled(session)
 
 
-def test_title_has_a_star_while_changes_are_unsaved(walls, documents, tmp_path):
+def test_title_has_a_star_while_changes_are_unsaved(session, documents, tmp_path):
     assert (documents.title, documents.shot_name, documents.window_title) == (
         *("", "", "walls.####.exr"),
     )
     assert not documents.is_saved and not documents.save()
-    set_marks(walls, MARK)
+    set_marks(session, MARK)
     assert documents.window_title == "walls.####.exr *"
     path = tmp_path / "walls.v1.heatlens.json"
-    save_shot(walls, path)
+    save_shot(session, path)
     assert documents.title == path.name == documents.window_title and documents.is_saved
     assert documents.shot_name == "walls" and documents.proposed_name() == path.name
-    assert f"Saved {path}" in walls.messages.text
-    set_marks(walls)
+    assert f"Saved {path}" in session.messages.text
+    set_marks(session)
     assert documents.title == f"{path.name} *" == documents.window_title
-    walls.editing.undo()
+    session.editing.undo()
     assert documents.title == path.name
-    set_marks(walls)
+    set_marks(session)
     assert documents.save()
-    run_until_settled(walls)
-    assert read_shot(path) == walls.editing.shot and documents.is_saved
-    assert walls.preferences.values.recent[0] == str(path)
+    run_until_settled(session)
+    assert read_shot(path) == session.editing.shot and documents.is_saved
+    assert session.preferences.values.recent[0] == str(path)
 
 
-def test_shot_file_keeps_frames_of_a_sequence_but_not_of_a_still(walls, tmp_path):
+def test_shot_file_keeps_frames_of_a_sequence_but_not_of_a_still(session, tmp_path):
     path = tmp_path / "a.heatlens.json"
-    save_shot(walls, path)
+    save_shot(session, path)
     assert tuple(read_shot(path).frames) == tuple(range(FIRST, LAST + 1))
     still = begin_session(tmp_path / "others", str(room_file(tmp_path / "still.exr", 8, 6)))
     run_until_settled(still)
@@ -91,27 +91,27 @@ def test_proposed_name_of_a_shot_comes_from_its_plate(tmp_path, plate, is_number
     assert proposed_name(tmp_path / plate, is_numbered) == f"{name}.heatlens.json"
 
 
-def test_autosave_holds_unsaved_changes_and_is_deleted_on_save(walls, documents, tmp_path):
+def test_autosave_holds_unsaved_changes_and_is_deleted_on_save(session, documents, tmp_path):
     path = tmp_path / "a.heatlens.json"
-    save_shot(walls, path)
+    save_shot(session, path)
     assert not autosave_path(path).exists()
-    set_marks(walls, MARK)
-    run_until_settled(walls)
+    set_marks(session, MARK)
+    run_until_settled(session)
     assert read_shot(autosave_path(path)).marks == (MARK,) and read_shot(path).marks == ()
-    walls.editing.undo()
-    run_until_settled(walls)
+    session.editing.undo()
+    run_until_settled(session)
     assert not autosave_path(path).exists()
-    walls.editing.redo()
-    run_until_settled(walls)
+    session.editing.redo()
+    run_until_settled(session)
     documents.save()
-    run_until_settled(walls)
+    run_until_settled(session)
     assert not autosave_path(path).exists() and not documents.needs_autosave
 
 
-def test_autosave_waits_for_the_end_of_a_gesture_unless_keep_now(walls, documents, tmp_path):
+def test_autosave_waits_for_the_end_of_a_gesture_unless_keep_now(session, documents, tmp_path):
     path = tmp_path / "a.heatlens.json"
-    save_shot(walls, path)
-    walls.editing.edit(replace(walls.editing.shot, marks=(MARK,)))
+    save_shot(session, path)
+    session.editing.edit(replace(session.editing.shot, marks=(MARK,)))
     assert documents.needs_autosave
     documents.poll()
     assert not autosave_path(path).exists()  # the hand still moves
@@ -215,48 +215,55 @@ def test_autosave_of_unnamed_shot_is_restored_or_dropped(tmp_path):
     session.close()
 
 
-def test_unreadable_shot_file_is_reported_and_changes_nothing(walls, tmp_path):
+def test_unreadable_shot_file_is_reported_and_changes_nothing(session, tmp_path):
     path = tmp_path / "bad.heatlens.json"
     path.write_text("no shot")
-    before = walls.editing.shot
-    walls.files.commands.open(str(path))
-    run_until(walls, lambda: "bad.heatlens.json" in walls.messages.text, "the refusal")
-    assert walls.editing.shot == before
+    before = session.editing.shot
+    session.files.commands.open(str(path))
+    run_until(session, lambda: "bad.heatlens.json" in session.messages.text, "the refusal")
+    assert session.editing.shot == before
     nameless = tmp_path / "nameless.heatlens.json"
     write_shot(nameless, Shot(LENS))
-    walls.files.commands.open(str(nameless))
-    run_until(walls, lambda: "nameless" in walls.messages.text, "the refusal")
-    assert walls.editing.shot == before
+    session.files.commands.open(str(nameless))
+    run_until(session, lambda: "nameless" in session.messages.text, "the refusal")
+    assert session.editing.shot == before
 
 
-def test_failed_save_is_reported_and_shot_stays_unsaved(walls, documents, tmp_path):
+def test_failed_save_is_reported_and_shot_stays_unsaved(session, documents, tmp_path):
     folder = tmp_path / "gone"
     documents.save_as(folder / "a.heatlens.json")
-    run_until(walls, lambda: "gone" in walls.messages.text, "the refusal")
+    run_until(session, lambda: "gone" in session.messages.text, "the refusal")
     assert not documents.is_saved and documents.title.endswith("*")
 
 
-def test_opened_shot_begins_at_its_in_point(walls, tmp_path):
-    walls.time.timeline.go_to(FIRST + 5)
-    walls.time.timeline.set_in()
+def test_opened_shot_begins_at_its_in_point(session, tmp_path):
+    session.time.timeline.go_to(FIRST + 5)
+    session.time.timeline.set_in()
     path = tmp_path / "a.heatlens.json"
-    save_shot(walls, path)
-    session = begin_session(tmp_path / "others", str(path))
-    run_until_settled(session)
-    assert session.editing.frame == FIRST + 5 and session.editing.shot.in_out.first == FIRST + 5
-    session.close()
+    save_shot(session, path)
+    second_session = begin_session(tmp_path / "others", str(path))
+    run_until_settled(second_session)
+    editing = second_session.editing
+    assert editing.frame == FIRST + 5 and editing.shot.in_out.first == FIRST + 5
+    second_session.close()
 
 
-def test_opening_another_source_begins_an_unnamed_shot(walls, documents, tmp_path):
-    save_shot(walls, tmp_path / "a.heatlens.json")
-    walls.files.commands.open(str(room_file(tmp_path / "still.exr", 8, 6)))
-    run_until(walls, lambda: walls.editing.shot.source.endswith("still.exr"), "the still")
+def test_opening_another_source_begins_an_unnamed_shot(session, documents, tmp_path):
+    save_shot(session, tmp_path / "a.heatlens.json")
+    session.files.commands.open(str(room_file(tmp_path / "still.exr", 8, 6)))
+    run_until(session, lambda: session.editing.shot.source.endswith("still.exr"), "the still")
     assert documents.path is None and documents.title == ""
     assert documents.window_title == "still.exr"
-    walls.files.commands.open(str(tmp_path / "a.heatlens.json"))
-    run_until(walls, lambda: documents.path is not None, "the shot")
-    run_until_settled(walls)
-    assert documents.is_saved and walls.time.timeline.frames.count == LAST - FIRST + 1
+
+
+def test_opening_a_saved_shot_restores_its_source_and_frames(session, documents, tmp_path):
+    save_shot(session, tmp_path / "a.heatlens.json")
+    session.files.commands.open(str(room_file(tmp_path / "still.exr", 8, 6)))
+    run_until(session, lambda: session.editing.shot.source.endswith("still.exr"), "the still")
+    session.files.commands.open(str(tmp_path / "a.heatlens.json"))
+    run_until(session, lambda: documents.path is not None, "the shot")
+    run_until_settled(session)
+    assert documents.is_saved and session.time.timeline.frames.count == LAST - FIRST + 1
 
 
 def test_command_line_lens_overrides_lens_of_the_shot_file(tmp_path):
@@ -274,17 +281,17 @@ def test_command_line_lens_overrides_lens_of_the_shot_file(tmp_path):
     session.close()
 
 
-def test_opening_another_file_cancels_the_shot_being_opened(walls, documents, tmp_path):
+def test_opening_another_file_cancels_the_shot_being_opened(session, documents, tmp_path):
     path = tmp_path / "a.heatlens.json"
-    save_shot(walls, path)
-    set_marks(walls, MARK)
-    run_until_settled(walls)
+    save_shot(session, path)
+    set_marks(session, MARK)
+    run_until_settled(session)
     documents.open(path)
     still = room_file(tmp_path / "still.exr", 8, 6)
-    walls.files.commands.open(str(still))
-    run_until(walls, lambda: walls.editing.shot.source == str(still), "the still")
+    session.files.commands.open(str(still))
+    run_until(session, lambda: session.editing.shot.source == str(still), "the still")
     for _ in range(20):
-        run_loop_once(walls)
+        run_loop_once(session)
     assert documents.offer is None and documents.path is None
 
 

@@ -71,13 +71,13 @@ def test_dolly_changes_focal_length_to_keep_size_at_the_mark(session):
     assert session.facts.lens == lens
 
 
-def test_size_keeping_measures_a_point_mark_in_the_scene(session):
+def test_doubled_focal_length_doubles_distance_to_the_chosen_point_mark(session):
     shot = session.facts.shot
     x, y = (side // 2 for side in shot.framing.size)
     session.editing.do(replace(shot, marks=(PointMark("P", float(x), float(y)),)))
     depth_m = session.scenes.point_m(x, y, session.editing.frame)
     session.scenes.size.chosen = "P"
-    zoom(session, 70.0)
+    zoom(session, 2 * shot.lens.focal_length_mm)
     assert session.scenes.point_m(x, y, session.editing.frame) == pytest.approx(
         2 * depth_m, rel=0.02
     )

@@ -67,55 +67,57 @@ def disk(monkeypatch):
 
 
 @pytest.fixture
-def woken():
+def wake_event():
     return Event()
 
 
 @pytest.fixture
-def source(renderer, ctx, woken):
-    made = OpenSource(renderer, woken.set)
-    yield made
-    made.close()
+def source(renderer, ctx, wake_event):
+    new_source = OpenSource(renderer, wake_event.set)
+    yield new_source
+    new_source.close()
 
 
-def wait_for_source(source: OpenSource, woken: Event) -> Opened:
+def wait_for_source(source: OpenSource, wake_event: Event) -> Opened:
     """Return the opened source; sleep until a thread wakes the loop, as the window does."""
     while (opened := source.switch_source()) is None:
-        assert woken.wait(PATIENCE_S)
-        woken.clear()
+        assert wake_event.wait(PATIENCE_S)
+        wake_event.clear()
     return opened
 
 
 def test_another_source_opens_while_a_frame_of_the_last_is_being_read(
-    source, disk, woken, tmp_path
+    source, disk, wake_event, tmp_path
 ):
     for number in (1, 2, 3):
         plate_file(tmp_path / f"slow.{number}.exr")
     disk.answers.set()
     source.opener.open(str(tmp_path / "slow.#.exr"), KNOWN)
-    before = wait_for_source(source, woken)
+    before = wait_for_source(source, wake_event)
     disk.answers.clear()
     disk.is_asked.clear()
     source.feed.show(Shot(Lens(50.0, 2.8, 2.0, 36.0)), Playhead(2))
     assert disk.is_asked.wait(PATIENCE_S)
 
     source.opener.open(str(plate_file(tmp_path / "other.exr")), KNOWN)
-    after = wait_for_source(source, woken)
+    after = wait_for_source(source, wake_event)
     assert after is source.opened is not before and not disk.answers.is_set()
 
 
-def test_file_that_hangs_blocks_neither_next_file_nor_close(source, disk, woken, tmp_path):
+def test_file_that_hangs_blocks_neither_next_file_nor_close(source, disk, wake_event, tmp_path):
     slow, other = plate_file(tmp_path / "slow.exr"), plate_file(tmp_path / "other.exr")
     source.opener.open(str(slow), KNOWN)
     assert disk.is_asked.wait(PATIENCE_S)
     source.opener.open(str(other), KNOWN)
-    assert wait_for_source(source, woken).text == str(other)
+    assert wait_for_source(source, wake_event).text == str(other)
     source.opener.open(str(slow), KNOWN)
     source.close()
     assert not disk.answers.is_set()
 
 
-def test_depth_histogram_is_counted_on_the_reading_thread(source, woken, tmp_path, monkeypatch):
+def test_depth_histogram_is_counted_on_the_reading_thread(
+    source, wake_event, tmp_path, monkeypatch
+):
     counting_threads, bins_of = [], plate_module.bin_values
 
     def record_thread(values):
@@ -124,12 +126,14 @@ def test_depth_histogram_is_counted_on_the_reading_thread(source, woken, tmp_pat
 
     monkeypatch.setattr(plate_module, "bin_values", record_thread)
     source.opener.open(str(plate_file(tmp_path / "a.exr")), KNOWN)
-    wait_for_source(source, woken)
+    wait_for_source(source, wake_event)
     assert source.picture.histogram is not None
     assert counting_threads and current_thread() not in counting_threads
 
 
-def test_source_that_arrives_after_cancel_is_closed(source, disk, woken, tmp_path, monkeypatch):
+def test_source_that_arrives_after_cancel_is_closed(
+    source, disk, wake_event, tmp_path, monkeypatch
+):
     closed = Event()
     monkeypatch.setattr(
         "heatlens.render.source.opened_plates.OpenedPlates.close",
@@ -244,15 +248,15 @@ def test_shot_store_reads_what_was_saved_before(tmp_path):
 
 
 def test_threads_close_cancels_waiting_jobs_and_finishes_the_running_one():
-    begun, goes_on, threads = Event(), Event(), Threads("test-threads")
+    has_begun, goes_on, threads = Event(), Event(), Threads("test-threads")
 
     def first() -> str:
-        begun.set()
+        has_begun.set()
         assert goes_on.wait(PATIENCE_S)
         return "done"
 
     running, waiting = threads.submit(first), threads.submit(lambda: "never")
-    assert begun.wait(PATIENCE_S) and has_busy_threads()
+    assert has_begun.wait(PATIENCE_S) and has_busy_threads()
     threads.close()
     assert waiting.cancelled() and not running.done()
     goes_on.set()

@@ -14,25 +14,25 @@ LENS = Lens(50.0, 2.0, 3.0, 36.0)
 
 
 @pytest.fixture
-def said() -> list[str]:
+def messages() -> list[str]:
     return []
 
 
 @pytest.fixture
-def editing(said) -> Editing:
+def editing(messages) -> Editing:
     shot = Shot(LENS).with_key(1, FOCUS, 2.0).with_key(11, FOCUS, 4.0)
-    editing = Editing(shot, said.append, is_sequence=lambda: True)
+    editing = Editing(shot, messages.append, is_sequence=lambda: True)
     editing.auto_key = False
     editing.frame = 5
     return editing
 
 
-def test_tried_focus_is_shown_and_changes_no_key(editing, said):
+def test_tried_focus_is_shown_and_changes_no_key(editing, messages):
     before = editing.shot
     editing.edit_lens(replace(editing.lens, focus_distance_m=7.0))
     assert editing.lens.focus_distance_m == 7.0 and editing.trial_parameters == {FOCUS}
     assert editing.seen_shot.lens_at(5).focus_distance_m == 7.0
-    assert editing.shot == before and "K keeps it" in said[-1]
+    assert editing.shot == before and "K keeps it" in messages[-1]
 
 
 def test_tried_focus_is_dropped_at_another_frame(editing):
@@ -67,19 +67,19 @@ def test_undo_drops_the_tried_focus(editing):
     assert not editing.trial_parameters
 
 
-def test_first_edit_in_a_sequence_reports_which_frames_it_changes(said):
+def test_first_edit_in_a_sequence_reports_which_frames_it_changes(messages):
     frames = [1]
-    editing = Editing(Shot(LENS), said.append, is_sequence=lambda: len(frames) > 1)
+    editing = Editing(Shot(LENS), messages.append, is_sequence=lambda: len(frames) > 1)
     editing.edit_lens(replace(LENS, focus_distance_m=4.0))
-    assert said == []
+    assert messages == []
     frames.append(2)
     editing.edit_lens(replace(LENS, focus_distance_m=5.0))
     editing.edit_lens(replace(LENS, focus_distance_m=6.0))
-    assert len(said) == 1 and "same at all frames" in said[0] and "K" in said[0]
-    assert said[0].is_true()
+    assert len(messages) == 1 and "same at all frames" in messages[0] and "K" in messages[0]
+    assert messages[0].is_true()
     editing.edit(editing.shot.with_key(1, FOCUS, 2.0))
-    assert not said[0].is_true()  # so that the window shows it no longer
+    assert not messages[0].is_true()  # so that the window shows it no longer
     editing.begin(Shot(LENS).with_key(1, FOCUS, 2.0))
     editing.frame = 3
     editing.edit_lens(replace(LENS, focus_distance_m=5.0))
-    assert len(said) == 2 and "frame 3" in said[1]
+    assert len(messages) == 2 and "frame 3" in messages[1]

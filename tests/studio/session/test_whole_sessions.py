@@ -59,23 +59,23 @@ KEYED = Shot(Lens(50.0, 2.8, 2.0, 36.0)).with_key(10, FOCUS, 2.0).with_key(20, F
 # Playback
 
 
-def test_playback_shows_each_frame_when_it_is_due(walls):
+def test_playback_shows_each_frame_when_it_is_due(session):
     clock_s = [50.0]
-    timeline = walls.time.timeline
+    timeline = session.time.timeline
     timeline.playback._clock = lambda: clock_s[0]
     shown_frames = []
     timeline.play(1)
-    assert not walls.time.player.is_due
+    assert not session.time.player.is_due
     while len(shown_frames) < 5:
-        run_until(walls, lambda: walls.source.is_settled_at(walls.editing.frame), "the plate")
-        shown_frames.append(walls.editing.frame)
+        run_until(session, lambda: session.source.is_settled_at(session.editing.frame), "the plate")
+        shown_frames.append(session.editing.frame)
         clock_s[0] += 1.01 / 24.0
-        assert walls.time.player.is_due
-        walls.poll()
+        assert session.time.player.is_due
+        session.poll()
     assert shown_frames == list(range(FIRST, FIRST + 5))
     timeline.play(1)
-    assert not walls.time.player.is_due
-    assert walls.time.player.seconds_until_needed() is None
+    assert not session.time.player.is_due
+    assert session.time.player.seconds_until_needed() is None
 
 
 def test_damaged_frame_is_reported_once_and_missing_frame_by_setting(tmp_path):
@@ -200,26 +200,30 @@ def test_command_line_plate_options_override_remembered_ones(tmp_path):
 # Faults, and what is drawn
 
 
-def test_say_error_autosaves_the_shot_for_a_fault_only(walls, tmp_path):
-    walls.editing.edit(replace(walls.editing.shot, looks=(Look("A", walls.facts.lens),)))
-    walls.say_error(InputError("a file"))
-    autosave = autosave_path(unnamed_path(tmp_path / "preferences", walls.editing.shot.source))
-    assert not autosave.exists() and walls.messages.text == "a file"
-    walls.say_error(FaultError("a fault"))
-    assert read_shot(autosave).looks[0].name == "A" and walls.messages.text == "a fault"
+def test_say_error_autosaves_the_shot_for_a_fault_only(session, tmp_path):
+    session.editing.edit(replace(session.editing.shot, looks=(Look("A", session.facts.lens),)))
+    session.say_error(InputError("a file"))
+    autosave = autosave_path(unnamed_path(tmp_path / "preferences", session.editing.shot.source))
+    assert not autosave.exists() and session.messages.text == "a file"
+    session.say_error(FaultError("a fault"))
+    assert read_shot(autosave).looks[0].name == "A" and session.messages.text == "a fault"
 
 
-def test_drawn_passes_the_shown_lens_to_the_ring(walls):
+def test_drawn_passes_the_shown_lens_to_the_ring(session):
     shown_lenses = []
-    walls.lens.ring.note_shown_lens = shown_lenses.append
-    walls.note_drawn()
-    assert shown_lenses == [walls.facts.shown_picture.shot.lens_at(walls.facts.shown_picture.frame)]
+    session.lens.ring.note_shown_lens = shown_lenses.append
+    session.note_drawn()
+    assert shown_lenses == [
+        session.facts.shown_picture.shot.lens_at(session.facts.shown_picture.frame)
+    ]
 
 
-def test_session_facts_agree_with_the_parts_of_the_session(walls):
-    facts, pictures = walls.facts, walls.pictures
-    assert facts.seen_shot == walls.editing.seen_shot and facts.unit == "m" and facts.has_lens
-    assert facts.plate is walls.source.plate and facts.histogram is walls.source.picture.histogram
+def test_session_facts_agree_with_the_parts_of_the_session(session):
+    facts, pictures = session.facts, session.pictures
+    assert facts.seen_shot == session.editing.seen_shot and facts.unit == "m" and facts.has_lens
+    assert (
+        facts.plate is session.source.plate and facts.histogram is session.source.picture.histogram
+    )
     assert facts.reference is None is facts.stream and facts.opening == ""
     assert facts.is_live_alone and not facts.plays_kept_frames and not facts.has_camera
     assert (facts.picture_shape.width_px, facts.picture_shape.height_px) == (48, 32)
@@ -229,33 +233,33 @@ def test_session_facts_agree_with_the_parts_of_the_session(walls):
     assert facts.picture_point((3.5, 4.5)) == (3.5, 4.5)
     pictures.commands.toggle_compare(Compare.WIPE)
     assert not facts.is_live_alone
-    walls.files.commands.open("not_there.exr")
+    session.files.commands.open("not_there.exr")
     assert facts.opening == "not_there.exr"
 
 
-def test_remember_saves_view_preferences_but_not_the_desqueeze(walls, tmp_path):
-    view = walls.pictures.commands
+def test_remember_saves_view_preferences_but_not_the_desqueeze(session, tmp_path):
+    view = session.pictures.commands
     view.toggle_unit()
     view.toggle_guide("thirds")
-    view.change(guides=replace(walls.facts.view.guides, desqueeze=2.0))
-    walls.time.timeline.playback.is_every_frame = not walls.preferences.values.every_frame
-    walls.save_preferences()
-    run_until_settled(walls)
+    view.change(guides=replace(session.facts.view.guides, desqueeze=2.0))
+    session.time.timeline.playback.is_every_frame = not session.preferences.values.every_frame
+    session.save_preferences()
+    run_until_settled(session)
     remembered = Preferences.load(tmp_path / "preferences").values
     assert (
         remembered.unit == "ft" and remembered.guides.thirds and remembered.guides.desqueeze is None
     )
-    assert remembered.every_frame is walls.time.timeline.playback.is_every_frame
+    assert remembered.every_frame is session.time.timeline.playback.is_every_frame
 
 
-def test_session_wants_frames_only_after_an_edit(walls):
-    run_until_settled(walls)
-    walls.messages.clear()
-    assert not walls.wants_frames
-    walls.editing.edit(replace(walls.editing.shot, looks=(Look("A", walls.facts.lens),)))
-    assert walls.wants_frames and walls.seconds_until_needed() <= 0.1
-    walls.messages.say("A word.")
-    assert walls.seconds_until_needed() is not None
+def test_session_wants_frames_only_after_an_edit(session):
+    run_until_settled(session)
+    session.messages.clear()
+    assert not session.wants_frames
+    session.editing.edit(replace(session.editing.shot, looks=(Look("A", session.facts.lens),)))
+    assert session.wants_frames and session.seconds_until_needed() <= 0.1
+    session.messages.say("A word.")
+    assert session.seconds_until_needed() is not None
 
 
 # Lessons
@@ -401,9 +405,9 @@ def test_grid_draws_looks_of_a_scene_with_their_own_field_of_view(ctx, renderer,
         session.close()
 
 
-def test_color_transform_changes_only_with_the_names_of_the_view(ctx, walls):
-    color, screen = walls.pictures.color, ScreenPictures(ctx)
-    view = color.limit_to_config(walls.facts.view)
+def test_color_transform_changes_only_with_the_names_of_the_view(ctx, session):
+    color, screen = session.pictures.color, ScreenPictures(ctx)
+    view = color.limit_to_config(session.facts.view)
     color.apply(view, screen)
     assert screen.transform_version == 1
     transform = color.transform
@@ -417,19 +421,19 @@ def test_color_transform_changes_only_with_the_names_of_the_view(ctx, walls):
     assert screen.transform_version == 3
     transform = color.transform
     color.apply(replace(view, view="no such view"), screen)
-    assert walls.messages.text and color.transform is transform  # the last good one stays
+    assert session.messages.text and color.transform is transform  # the last good one stays
 
 
-def test_display_options_for_files_follow_exposure_gamma_and_t_stop(walls, ctx):
-    view = walls.pictures.commands
+def test_display_options_for_files_follow_exposure_gamma_and_t_stop(session, ctx):
+    view = session.pictures.commands
     view.expose(4)
     view.change(gamma=2.0)
-    display = walls.files.exports._display
+    display = session.files.exports._display
     options = display.options()
     assert options.exposure_stops == 1.0 and options.gamma == 2.0
-    assert options.display == walls.facts.view.display and options.view == walls.facts.view.view
-    walls.editing.edit_lens(
-        replace(walls.facts.lens, t_stop=walls.facts.lens.f_stop * math.sqrt(2))
+    assert options.display == session.facts.view.display and options.view == session.facts.view.view
+    session.editing.edit_lens(
+        replace(session.facts.lens, t_stop=session.facts.lens.f_stop * math.sqrt(2))
     )
     assert display.options().exposure_stops == pytest.approx(0.0)
     light = np.full((2, 2, 3), 0.18, np.float32)
@@ -438,14 +442,14 @@ def test_display_options_for_files_follow_exposure_gamma_and_t_stop(walls, ctx):
     assert (display.values(ctx).encode(light) < brighter).all()
 
 
-def test_interpolate_applies_to_all_chosen_keys_of_a_pull(walls):
-    walls.time.marks.set_point(LEFT)
-    walls.time.marks.set_point(RIGHT)
-    assert isinstance(walls.editing.shot.marks[0], PointMark)
-    walls.time.marks.pulls.set_length(LAST - FIRST)
-    walls.time.marks.pulls.make()
-    run_until(walls, lambda: not walls.time.marks.distances.has_request, "the pull")
-    walls.time.keys.select_all()
-    walls.time.keys.interpolate(Interpolation.LINEAR)
-    keys = walls.editing.shot.curves.of(FOCUS).keys
+def test_interpolate_applies_to_all_chosen_keys_of_a_pull(session):
+    session.time.marks.set_point(LEFT)
+    session.time.marks.set_point(RIGHT)
+    assert isinstance(session.editing.shot.marks[0], PointMark)
+    session.time.marks.pulls.set_length(LAST - FIRST)
+    session.time.marks.pulls.make()
+    run_until(session, lambda: not session.time.marks.distances.has_request, "the pull")
+    session.time.keys.select_all()
+    session.time.keys.interpolate(Interpolation.LINEAR)
+    keys = session.editing.shot.curves.of(FOCUS).keys
     assert {key.interpolation for key in keys} == {Interpolation.LINEAR}

@@ -27,23 +27,23 @@ def plate_file(folder: Path) -> Path:
 
 
 @pytest.fixture
-def woken() -> threading.Event:
+def wake_event() -> threading.Event:
     return threading.Event()
 
 
 @pytest.fixture
-def door(monkeypatch, tmp_path, woken) -> Iterator[WindowDoor]:
+def door(monkeypatch, tmp_path, wake_event) -> Iterator[WindowDoor]:
     monkeypatch.setenv("HEATLENS_RUNTIME_DIR", str(tmp_path / "run"))
     monkeypatch.setenv("HEATLENS_CONFIG_DIR", str(tmp_path / "config"))
-    opened = WindowDoor(woken.set)
-    yield opened
-    opened.close()
+    new_door = WindowDoor(wake_event.set)
+    yield new_door
+    new_door.close()
 
 
-def test_handed_over_names_arrive_once_and_in_order(door, woken):
+def test_handed_over_names_arrive_once_and_in_order(door, wake_event):
     assert door.pop_names() == []
     assert hand_over(["/a.exr", "/b.exr"]) and hand_over(["demo"])
-    assert woken.wait(10)
+    assert wake_event.wait(10)
     assert [door.pop_names(), door.pop_names(), door.pop_names()] == [
         ["/a.exr", "/b.exr"],
         ["demo"],
@@ -146,8 +146,8 @@ def test_pipe_or_device_in_place_of_the_door_file_is_not_read(monkeypatch, tmp_p
     monkeypatch.setenv("HEATLENS_RUNTIME_DIR", str(tmp_path))
     make(door_path())
     assert not hand_over(["/a.exr"])
-    opened = WindowDoor(lambda: None)
-    opened.close()
+    new_door = WindowDoor(lambda: None)
+    new_door.close()
 
 
 def test_link_in_place_of_the_door_file_is_replaced_not_followed(monkeypatch, tmp_path):
@@ -155,10 +155,10 @@ def test_link_in_place_of_the_door_file_is_replaced_not_followed(monkeypatch, tm
     victim = tmp_path / "victim"
     victim.write_text("mine")
     door_path().symlink_to(victim)
-    opened = WindowDoor(lambda: None)
+    new_door = WindowDoor(lambda: None)
     assert victim.read_text() == "mine"
     assert hand_over(["/a.exr"])
-    opened.close()
+    new_door.close()
 
 
 def test_window_door_opens_without_the_usual_runtime_folder(monkeypatch, tmp_path):
@@ -168,9 +168,9 @@ def test_window_door_opens_without_the_usual_runtime_folder(monkeypatch, tmp_pat
     monkeypatch.setattr(PlatformDirs, "user_runtime_dir", property(usual))
     monkeypatch.delenv("HEATLENS_RUNTIME_DIR", raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))
-    opened = WindowDoor(lambda: None)
-    assert hand_over(["/a.exr"]) and opened.pop_names() == ["/a.exr"]
-    opened.close()
+    new_door = WindowDoor(lambda: None)
+    assert hand_over(["/a.exr"]) and new_door.pop_names() == ["/a.exr"]
+    new_door.close()
 
 
 def test_hand_over_fails_without_a_window(door):
@@ -181,8 +181,8 @@ def test_hand_over_fails_without_a_window(door):
     assert not hand_over(["/a.exr"])
 
 
-def test_hand_over_reaches_the_later_of_two_windows(door, woken):
-    later = WindowDoor(woken.set)
+def test_hand_over_reaches_the_later_of_two_windows(door, wake_event):
+    later = WindowDoor(wake_event.set)
     door.close()
     assert hand_over(["/a.exr"]) and later.pop_names() == ["/a.exr"] and door.pop_names() == []
     later.close()
@@ -215,9 +215,9 @@ def test_command_with_options_opens_a_window_of_its_own(door, monkeypatch, tmp_p
 
 def test_window_door_works_without_a_folder_for_its_file(monkeypatch, tmp_path):
     (tmp_path / "file").write_text("")
-    opened = WindowDoor(lambda: None, tmp_path / "file" / "window.json")
-    assert opened.pop_names() == []
-    opened.close()
+    new_door = WindowDoor(lambda: None, tmp_path / "file" / "window.json")
+    assert new_door.pop_names() == []
+    new_door.close()
     with pytest.raises(OSError):
         window_door._read_door(tmp_path / "file" / "window.json")
 

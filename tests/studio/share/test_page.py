@@ -27,9 +27,9 @@ def test_page_references_exactly_its_files():
     assert referenced_files | {"index.html"} == {file.name for file in FILES}
 
 
-def test_page_has_keys_and_buttons_from_the_table_of_commands(walls):
+def test_page_has_keys_and_buttons_from_the_table_of_commands(session):
     """Its script of keys names no command; its sheet offers those that have a heading."""
-    board = Board(walls)
+    board = Board(session)
     table = board.json_state()["table"]
     assert [name for name, _, _ in table] == [it.name for it in board.remote_commands]
     keyed = {key: name for name, key, sheet in table if key and sheet is not None}
@@ -40,8 +40,8 @@ def test_page_has_keys_and_buttons_from_the_table_of_commands(walls):
     assert not [it.name for it in board.commands if f'"{it.name}"' in text]
 
 
-def test_page_names_only_commands_and_requests_that_it_may_give(walls):
-    board = Board(walls)
+def test_page_names_only_commands_and_requests_that_it_may_give(session):
+    board = Board(session)
     text = "".join(file.read_text(encoding="utf-8") for file in WEB.glob("*.js"))
     named = set(re.findall(r'(?:link\.do|_link\.do)\("([^"]+)"', text))
     assert len(named) > 10

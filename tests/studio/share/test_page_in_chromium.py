@@ -16,6 +16,8 @@ from support.browser import ServeProcess, chromium
 from support.evening import write_plates
 
 PLATE = "assets/still_life.exr"
+END, HOME = "\ue010", "\ue011"  # the keys of the WebDriver standard
+STEP_FOCUS_NEARER, STEP_FOCUS_FARTHER = "[", "]"
 SIZES = {
     "phone upright": (390, 844, 3),
     "phone lying": (844, 390, 3),
@@ -201,12 +203,17 @@ def test_page_controls_lie_within_every_screen_size(browser, sequence, size):
     assert browser.run("return document.documentElement.scrollWidth") <= width
 
 
-def test_page_scrubs_and_plays_frames(browser, sequence):
+def open_sequence(browser, sequence):
+    """Open the page of the sequence and wait until the page before it no longer holds the lens."""
     browser.size(1180, 820)
     browser.open(sequence.hand)
     browser.until(lambda: browser.focus and not browser.has_class("still"), "the frames")
-    browser.until(lambda: not browser.text("holder"), "the rest of the page before")
-    browser.press("\ue011")
+    browser.until(lambda: not browser.text("holder"), "the release by the page before")
+
+
+def test_page_scrubs_and_plays_frames(browser, sequence):
+    open_sequence(browser, sequence)
+    browser.press(HOME)
     browser.until(lambda: browser.text("frame") == "1001", "the first frame")
     x0, y0, x1, y1 = browser.box("scrub")
     browser.touch([((x0 + x1) / 2, (y0 + y1) / 2)])
@@ -217,22 +224,24 @@ def test_page_scrubs_and_plays_frames(browser, sequence):
     browser.until(lambda: not browser.has_class("playing"), "the stop")
 
 
+def tap_down_right_edge_of_wheel(browser):
+    """Tap every 8 px, and so also on the flag of a mark, which lies at the edge of the wheel."""
+    _, y0, x1, y1 = browser.box("wheel")
+    for y in range(round(y0) + 20, round(y1) - 20, 8):
+        browser.touch([(x1 - 10, y)])
+
+
 def test_page_tap_on_the_flag_of_a_mark_pulls_focus_to_it(browser, sequence):
-    browser.size(1180, 820)
-    browser.open(sequence.hand)
-    browser.until(lambda: browser.focus and not browser.has_class("still"), "the frames")
-    browser.until(lambda: not browser.text("holder"), "the rest of the page before")
-    browser.press("\ue011")
+    open_sequence(browser, sequence)
+    browser.press(HOME)
     browser.press("m")
     browser.until(lambda: "Mark" in browser.text("note"), "the mark")
     marked = browser.focus
-    browser.press("[[[[[[")
+    browser.press(STEP_FOCUS_NEARER * 6)
     browser.until(lambda: browser.focus != marked, "another focus")
     time.sleep(1.0)  # the wheel shows its own focus for a while after a touch
-    _, y0, x1, y1 = browser.box("wheel")
-    for y in range(round(y0) + 20, round(y1) - 20, 8):  # the flag lies at the edge, on the mark
-        browser.touch([(x1 - 10, y)])
-    browser.press("\ue010")
+    tap_down_right_edge_of_wheel(browser)
+    browser.press(END)
     browser.until(lambda: browser.focus == marked, "the mark at the end of the pull")
 
 
@@ -241,7 +250,7 @@ def test_page_reconnects_when_the_server_is_back(browser, tmp_path):
     browser.size(1180, 820)
     browser.open(served.hand)
     browser.until(lambda: browser.focus, "the numbers")
-    browser.press("]]]")
+    browser.press(STEP_FOCUS_FARTHER * 3)
     before = browser.focus
     browser.until(lambda: browser.focus != before, "the focus")
     served.stop()

@@ -33,9 +33,11 @@ def driver(monkeypatch):
     options = selenium.WebKitGTKOptions()
     options.binary_location = str(BROWSERS[0])
     options.add_argument("--automation")
-    made = selenium.WebKitGTK(options=options, service=selenium.webkitgtk.service.Service(program))
-    yield made
-    made.quit()
+    driver = selenium.WebKitGTK(
+        options=options, service=selenium.webkitgtk.service.Service(program)
+    )
+    yield driver
+    driver.quit()
     screen.close()
 
 

@@ -30,9 +30,9 @@ def shared():
 
 @pytest.fixture
 def server(shared):
-    made = start_server(shared)
-    yield made
-    made.close()
+    new_server = start_server(shared)
+    yield new_server
+    new_server.close()
 
 
 def answer(server, path, method="GET", **headers):
@@ -87,8 +87,8 @@ def test_server_refuses_requests_of_another_origin(server, origin):
     for name in ("", "socket"):
         status, _, _ = answer(server, f"/{server.links.hand}/{name}", Origin=origin)
         assert status == 403
-    own = f"http://127.0.0.1:{server.port}"
-    assert answer(server, f"/{server.links.hand}/", Origin=own)[0] == 200
+    own_origin = f"http://127.0.0.1:{server.port}"
+    assert answer(server, f"/{server.links.hand}/", Origin=own_origin)[0] == 200
 
 
 def test_server_answers_get_only(server):
@@ -98,15 +98,15 @@ def test_server_answers_get_only(server):
 
 def test_server_closes_a_connection_with_an_incomplete_request(shared, monkeypatch):
     monkeypatch.setattr(server_file, "FIRST_REQUEST_S", 0.1)
-    made = start_server(shared)
-    with socket.create_connection(("127.0.0.1", made.port)) as line:
+    new_server = start_server(shared)
+    with socket.create_connection(("127.0.0.1", new_server.port)) as line:
         line.settimeout(20)
         line.sendall(b"GET / HTTP/1.1\r\nHo")
         try:
             assert line.recv(100) == b""
         except ConnectionResetError:
             pass
-    made.close()
+    new_server.close()
 
 
 @pytest.mark.parametrize("asked", [b"", b"GET /wrong/ HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n"])

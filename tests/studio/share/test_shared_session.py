@@ -21,9 +21,9 @@ PLATE = "assets/still_life.exr"
 
 @pytest.fixture(scope="module")
 def session(renderer, tmp_path_factory):
-    made = session_of(tmp_path_factory.mktemp("share"), renderer, source=PLATE)
-    yield made
-    made.close()
+    new_session = session_of(tmp_path_factory.mktemp("share"), renderer, source=PLATE)
+    yield new_session
+    new_session.close()
 
 
 def play_with_session(session, play):

@@ -20,7 +20,7 @@ _SHOWING = (
 
 
 @pytest.fixture
-def shown(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
+def escaped(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     """Return all texts that ImGui is given to show."""
     texts: list[str] = []
     for name in _SHOWING:
@@ -50,7 +50,7 @@ def open_lists(gui: Gui, *controls: str) -> None:
         gui.key(imgui.Key.escape)
 
 
-def test_control_characters_in_names_of_a_plate_are_escaped(ctx, tmp_path, shown):
+def test_control_characters_in_names_of_a_plate_are_escaped(ctx, tmp_path, escaped):
     """The name is that of a file, of channels, of layers, of a recent file and in a message."""
     path = tmp_path / f"{UNPRINTABLE_NAME}.exr"
     layers = {
@@ -68,14 +68,14 @@ def test_control_characters_in_names_of_a_plate_are_escaped(ctx, tmp_path, shown
         session.messages.say(f"{UNPRINTABLE_NAME} was read")
         gui.frame(2)
         gui.do("Open...")
-        gui.until(lambda: any("x1b[2J" in text for text in shown), "the name of the file")
+        gui.until(lambda: any("x1b[2J" in text for text in escaped), "the name of the file")
         gui.frame(10)
         session.files.commands.open(str(tmp_path / f"{UNPRINTABLE_NAME} is not there.exr"))
         gui.frame(20)
-    assert sum("x1b[2J" in text for text in shown) > 20
+    assert sum("x1b[2J" in text for text in escaped) > 20
 
 
-def test_control_characters_in_names_of_a_scene_are_escaped(ctx, tmp_path, shown):
+def test_control_characters_in_names_of_a_scene_are_escaped(ctx, tmp_path, escaped):
     """The name is that of a node, of a camera and of a marked object."""
     writer = GltfWriter()
     writer.node(name=UNPRINTABLE_NAME, mesh=writer.mesh(), translation=[-0.5, -0.5, 0.0])
@@ -92,4 +92,4 @@ def test_control_characters_in_names_of_a_scene_are_escaped(ctx, tmp_path, shown
         gui.click(gui.middle(f"object {UNPRINTABLE_NAME}"))
         gui.click(gui.middle("mark object"))
         gui.frame(5)
-    assert any("x1b[2J" in text for text in shown)
+    assert any("x1b[2J" in text for text in escaped)

@@ -74,7 +74,7 @@ class QueuedInput:
 
 
 @pytest.fixture
-def hand(gui) -> QueuedInput:
+def input_queue(gui) -> QueuedInput:
     gui.frame(3)
     queued_input = QueuedInput(gui)
     queued_input.run_until_empty()
@@ -83,15 +83,15 @@ def hand(gui) -> QueuedInput:
 
 
 @pytest.mark.parametrize("count", [1, 2, 10])
-def test_each_question_mark_between_two_frames_toggles_the_keys_window(hand, count):
+def test_each_question_mark_between_two_frames_toggles_the_keys_window(input_queue, count):
     """Each `?` toggles the window of keys; Shift is released before the key, as people do."""
-    gui, toggle_count, was_shown = hand.gui, 0, hand.gui.ui.shows_keys
+    gui, toggle_count, was_shown = input_queue.gui, 0, input_queue.gui.ui.shows_keys
     for _ in range(count):
-        hand.down(K.left_shift)
-        hand.down(K.slash, "?")
-        hand.up(K.left_shift)
-        hand.up(K.slash)
-    while not hand.frame() or toggle_count == 0:
+        input_queue.down(K.left_shift)
+        input_queue.down(K.slash, "?")
+        input_queue.up(K.left_shift)
+        input_queue.up(K.slash)
+    while not input_queue.frame() or toggle_count == 0:
         toggle_count, was_shown = toggle_count + (gui.ui.shows_keys != was_shown), gui.ui.shows_keys
     toggle_count += gui.ui.shows_keys != was_shown
     assert toggle_count == count
@@ -99,30 +99,30 @@ def test_each_question_mark_between_two_frames_toggles_the_keys_window(hand, cou
     gui.frame(2)
 
 
-def test_modifier_pressed_after_a_key_does_not_apply_to_it(hand):
+def test_modifier_pressed_after_a_key_does_not_apply_to_it(input_queue):
     """S and then Ctrl in one frame do not run the action of Ctrl+S."""
-    gui = hand.gui
+    gui = input_queue.gui
     name = next(a.name for a in gui.screen.commands if a.key == "Ctrl+S")
-    for act in (hand.down, hand.up):
+    for act in (input_queue.down, input_queue.up):
         act(K.s)
         act(K.left_ctrl)
     run_actions = []
     is_drawn = False
     while not is_drawn:
-        is_drawn = hand.frame()
+        is_drawn = input_queue.frame()
         run_actions += [a.name for a in pressed(gui.screen.commands)]
     assert name not in run_actions and not gui.ui.dialogs.is_open
 
 
-def test_key_uses_the_modifiers_of_its_own_event(hand):
+def test_key_uses_the_modifiers_of_its_own_event(input_queue):
     """GLFW may omit the press of Ctrl, or send its release before that of the key."""
-    view = hand.gui.session.facts.view
+    view = input_queue.gui.session.facts.view
     for _ in range(3):
-        hand.queue.add(Press(K.up_arrow, CTRL))
-        hand.queue.add(Release(K.up_arrow, 0))
-    hand.run_until_empty()
-    assert hand.gui.session.facts.view.exposure_stops == view.exposure_stops + 3 / 4
-    hand.gui.session.pictures.view.state = view
+        input_queue.queue.add(Press(K.up_arrow, CTRL))
+        input_queue.queue.add(Release(K.up_arrow, 0))
+    input_queue.run_until_empty()
+    assert input_queue.gui.session.facts.view.exposure_stops == view.exposure_stops + 3 / 4
+    input_queue.gui.session.pictures.view.state = view
 
 
 def test_imgui_key_knows_every_key_of_a_shortcut(gui):
@@ -149,64 +149,66 @@ def test_imgui_key_follows_the_keyboard_layout(key_code, printed, key):
     assert imgui_key(key_code, printed) == key
 
 
-def test_click_in_the_same_frame_as_its_movement_reaches_a_tab(hand):
+def test_click_in_the_same_frame_as_its_movement_reaches_a_tab(input_queue):
     def at_tab(name: str) -> tuple[float, float]:
         window = imgui.internal.find_window_by_name(name)
         box = window.dc.dock_tab_item_rect
         return (box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2
 
     for name in ("Plate", "Export", "Display"):
-        hand.tap(K.left_shift)
-        hand.queue.add(Motion(at_tab(name)))
-        hand.queue.add(Button(0, True))
-        hand.queue.add(Button(0, False))
-        hand.run_until_empty()
-        hand.gui.frame(2)
+        input_queue.tap(K.left_shift)
+        input_queue.queue.add(Motion(at_tab(name)))
+        input_queue.queue.add(Button(0, True))
+        input_queue.queue.add(Button(0, False))
+        input_queue.run_until_empty()
+        input_queue.gui.frame(2)
         assert not imgui.internal.find_window_by_name(name).hidden, name
 
 
-def test_typed_text_is_handled_in_few_frames(hand):
-    gui, text = hand.gui, "sssss of"
-    hand.tap(K.p, "", K.left_ctrl)  # no command
-    hand.queue.add(Press(K.p, CTRL | SHIFT))
-    hand.queue.add(Release(K.p, 0))
+def test_typed_text_is_handled_in_few_frames(input_queue):
+    gui, text = input_queue.gui, "sssss of"
+    input_queue.tap(K.p, "", K.left_ctrl)  # no command
+    input_queue.queue.add(Press(K.p, CTRL | SHIFT))
+    input_queue.queue.add(Release(K.p, 0))
     for letter in text:
-        hand.tap(imgui.Key(int(K.a) + ord(letter) - ord("a")) if letter != " " else K.space, letter)
-    assert hand.run_until_empty() <= 12
+        input_queue.tap(
+            imgui.Key(int(K.a) + ord(letter) - ord("a")) if letter != " " else K.space, letter
+        )
+    assert input_queue.run_until_empty() <= 12
     gui.frame(2)
     assert gui.ui.palette._text == text
     gui.key(K.escape)
     gui.frame(2)
 
 
-def test_keys_typed_before_the_pull_box_is_drawn_reach_it(hand):
+def test_keys_typed_before_the_pull_box_is_drawn_reach_it(input_queue):
     """Shift+M opens the box of the pull, which takes 18 and Enter; W then goes to the window."""
-    gui = hand.gui
+    gui = input_queue.gui
     session = gui.session
     session.time.marks.set_here()
     frame, wiped = session.editing.frame, session.facts.view.compare
-    hand.tap(K.m, "M", K.left_shift)
+    input_queue.tap(K.m, "M", K.left_shift)
     for digit in "18":
-        hand.tap(imgui.Key(int(K._0) + int(digit)), digit)
-    hand.tap(K.enter)
-    hand.tap(K.w, "w")
-    hand.run_until_empty()
+        input_queue.tap(imgui.Key(int(K._0) + int(digit)), digit)
+    input_queue.tap(K.enter)
+    input_queue.tap(K.w, "w")
+    input_queue.run_until_empty()
     assert session.time.marks.pulls.frames == 18
     assert session.facts.view.compare is Compare.WIPE is not wiped
     assert session.editing.frame == frame and not imgui.get_io().want_text_input
     gui.begin_again()
 
 
-def test_different_keys_are_handled_in_one_frame_in_order(hand):
-    gui = hand.gui
+def test_different_keys_are_handled_in_one_frame_in_order(input_queue):
+    gui = input_queue.gui
     for key in (K.v, K.c, K.w, K.p):  # the overlay that was asked for last stays
-        hand.tap(key)
-    assert hand.run_until_empty() <= 2
+        input_queue.tap(key)
+    assert input_queue.run_until_empty() <= 2
     assert gui.session.facts.view.overlay == "focus plane"
     assert gui.session.facts.view.compare is Compare.WIPE
     for key in (K.p, K.c, K.w):
-        hand.tap(key)
-    assert hand.run_until_empty() <= 2
+        input_queue.tap(key)
+    assert input_queue.run_until_empty() <= 2
     assert gui.session.facts.view.overlay == "coc"
     gui.begin_again()
 
@@ -219,18 +221,18 @@ _ACTS = st.lists(
 
 @given(acts=_ACTS)
 def test_input_queue_loses_no_distinct_event_and_draws_few_frames(window_hand, acts):
-    hand, session = window_hand, window_hand.gui.session
+    input_queue, session = window_hand, window_hand.gui.session
     view, history = session.facts.view, session.editing.history
     notches = 0
     for number, act in enumerate(acts):
         if act == "move":
-            hand.queue.add(Motion((600.0 + number % 7, 300.0)))
+            input_queue.queue.add(Motion((600.0 + number % 7, 300.0)))
         elif act == "wheel":
-            hand.queue.add(Wheel(0.0, 1.0))
+            input_queue.queue.add(Wheel(0.0, 1.0))
         else:
-            hand.tap(act)
+            input_queue.tap(act)
             notches += (act == K.left_bracket) - (act == K.right_bracket)
-    assert hand.run_until_empty() <= len(acts) + 3
+    assert input_queue.run_until_empty() <= len(acts) + 3
     for key, field in _SWITCHES.items():
         is_other = acts.count(key) % 2 == 1
         assert getattr(session.facts.view, field) == (getattr(view, field) != is_other)
@@ -246,30 +248,30 @@ def window_hand(room_window) -> QueuedInput:
     return queued_input
 
 
-def test_hundreds_of_movements_and_wheel_repeats_take_two_frames(hand):
+def test_hundreds_of_movements_and_wheel_repeats_take_two_frames(input_queue):
     for number in range(900):
-        hand.queue.add(Motion((300.0 + number / 3, 400.0)))
-    hand.queue.add(Wheel(0.0, 1.0))
+        input_queue.queue.add(Motion((300.0 + number / 3, 400.0)))
+    input_queue.queue.add(Wheel(0.0, 1.0))
     for _ in range(300):
-        hand.queue.add(Wheel(0.0, 0.0))
-    assert hand.run_until_empty() == 2
+        input_queue.queue.add(Wheel(0.0, 0.0))
+    assert input_queue.run_until_empty() == 2
     assert imgui.get_io().mouse_pos.x == 599.0
-    hand.gui.begin_again()
+    input_queue.gui.begin_again()
 
 
 @pytest.mark.parametrize("before", [0, 600])
-def test_quit_is_handled_before_other_keys_but_after_a_save(hand, monkeypatch, before):
-    gui, save_calls = hand.gui, []
+def test_quit_is_handled_before_other_keys_but_after_a_save(input_queue, monkeypatch, before):
+    gui, save_calls = input_queue.gui, []
     monkeypatch.setattr(gui.session.files.documents, "save", lambda: save_calls.append(1) or True)
     for number in range(before):
-        hand.tap((K.v, K.enter, K.left_arrow)[number % 3])
-    hand.tap(K.s, "", K.left_ctrl)
+        input_queue.tap((K.v, K.enter, K.left_arrow)[number % 3])
+    input_queue.tap(K.s, "", K.left_ctrl)
     for number in range(600):
-        hand.tap((K.v, K.enter, K.left_arrow)[number % 3])
-    hand.tap(K.q, "", K.left_ctrl)
+        input_queue.tap((K.v, K.enter, K.left_arrow)[number % 3])
+    input_queue.tap(K.q, "", K.left_ctrl)
     count = 0
     while not gui.ui.is_over:
-        hand.frame()
+        input_queue.frame()
         count += 1
         assert count <= 12 + 3 * before
     assert save_calls
@@ -277,40 +279,40 @@ def test_quit_is_handled_before_other_keys_but_after_a_save(hand, monkeypatch, b
     gui.begin_again()
 
 
-def test_escape_drops_waiting_input_and_releases_keys_and_buttons(hand):
-    gui = hand.gui
+def test_escape_drops_waiting_input_and_releases_keys_and_buttons(input_queue):
+    gui = input_queue.gui
     before = gui.session.facts.view.overlay
-    hand.queue.add(Button(0, True))
-    hand.frame()
-    hand.down(K.left_shift)
+    input_queue.queue.add(Button(0, True))
+    input_queue.frame()
+    input_queue.down(K.left_shift)
     for _ in range(301):
-        hand.tap(K.v)
-        hand.queue.add(Motion((500.0, 400.0)))
-        hand.queue.add(Button(0, False))
-    hand.up(K.left_shift)
-    hand.tap(K.escape)
-    assert hand.run_until_empty() <= 12  # releases and the last movement are kept
+        input_queue.tap(K.v)
+        input_queue.queue.add(Motion((500.0, 400.0)))
+        input_queue.queue.add(Button(0, False))
+    input_queue.up(K.left_shift)
+    input_queue.tap(K.escape)
+    assert input_queue.run_until_empty() <= 12  # releases and the last movement are kept
     assert gui.session.facts.view.overlay is before
     assert not imgui.is_mouse_down(0) and not imgui.get_io().key_shift
     assert tuple(imgui.get_io().mouse_pos) == (500.0, 400.0)
     gui.begin_again()
 
 
-def test_hurry_drops_waiting_input_except_a_save(hand):
-    hand.tap(K.s, "", K.left_ctrl)
+def test_hurry_drops_waiting_input_except_a_save(input_queue):
+    input_queue.tap(K.s, "", K.left_ctrl)
     for _ in range(40):
-        hand.tap(K.v)
-    hand.queue.drop_after_save()
-    assert hand.queue.has_waiting_save
-    hand.run_until_empty()
-    assert not hand.queue.has_waiting_save
-    hand.gui.key(K.escape)
-    hand.gui.begin_again()
+        input_queue.tap(K.v)
+    input_queue.queue.drop_after_save()
+    assert input_queue.queue.has_waiting_save
+    input_queue.run_until_empty()
+    assert not input_queue.queue.has_waiting_save
+    input_queue.gui.key(K.escape)
+    input_queue.gui.begin_again()
 
 
-def test_lost_keyboard_focus_releases_the_modifiers(hand):
-    hand.down(K.left_shift)
-    hand.queue.add(Focus(False))
-    hand.queue.add(Focus(True))
-    hand.run_until_empty()
+def test_lost_keyboard_focus_releases_the_modifiers(input_queue):
+    input_queue.down(K.left_shift)
+    input_queue.queue.add(Focus(False))
+    input_queue.queue.add(Focus(True))
+    input_queue.run_until_empty()
     assert not imgui.get_io().key_shift

@@ -9,9 +9,9 @@ from support.session_files import QUICK, room_file
 @pytest.fixture(scope="module")
 def gui(session_context, tmp_path_factory):
     plate = room_file(tmp_path_factory.mktemp("kits") / "room.exr")
-    with gui_of(session_context, plate, size=(1280, 1400), defocus=QUICK) as made:
-        made.opened()
-        yield made
+    with gui_of(session_context, plate, size=(1280, 1400), defocus=QUICK) as new_gui:
+        new_gui.opened()
+        yield new_gui
 
 
 def pick_item(gui, name: str, item: str) -> None:

@@ -56,7 +56,7 @@ def test_legend_numbers_come_from_lens_and_plate():
 
 def test_legend_lists_peaking_after_the_overlay():
     facts = legend_facts(OPTICS, 1.25, LIMITS, DEPTH, "m")
-    both = legend_entries("zones", facts, USUAL_PEAKING)
+    entries = legend_entries("zones", facts, USUAL_PEAKING)
     alone = legend_entries("none", facts, USUAL_PEAKING)
-    assert len(both) == 4 and both[-1] == alone[0]
+    assert len(entries) == 4 and entries[-1] == alone[0]
     assert alone[0].color == USUAL_PEAKING.rgb and alone[0].words == "edges in focus, up to 1.2 px"

@@ -23,9 +23,9 @@ STOPS = (1.0, 2.8, 8.0, 22.0)
 def looks(gui):
     """Keep four looks of one focus and four stops; the last is that of the shot."""
     gui.settled()
-    begun = gui.session.facts.lens
+    lens_before = gui.session.facts.lens
     for stop in STOPS:
-        gui.session.editing.edit_lens(replace(begun, f_stop=stop, focus_distance_m=0.9))
+        gui.session.editing.edit_lens(replace(lens_before, f_stop=stop, focus_distance_m=0.9))
         gui.rest()
         gui.settled()
         gui.key(K.l, shift=True)

@@ -40,8 +40,8 @@ def test_disc_outline_is_the_edge_of_the_coverage(
 def gui(ctx: Device, tmp_path: Path) -> Iterator[Gui]:
     plate = room_file(tmp_path / "room.exr", 96, 64)
     lens = {"blades": 5, "cat_eye": 0.5}
-    with gui_of(ctx, plate, lens=lens, defocus=QUICK, size=(1280, 1600)) as made:
-        yield made
+    with gui_of(ctx, plate, lens=lens, defocus=QUICK, size=(1280, 1600)) as new_gui:
+        yield new_gui
 
 
 def test_rim_slider_of_the_opening_is_one_undo_step(gui: Gui) -> None:

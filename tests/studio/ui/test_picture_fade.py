@@ -39,17 +39,17 @@ class FadeScreen:
         self.preview = replace(self.whole, texture=black, settings=quicker)
         monkeypatch.setattr(gui.screen.picture._picture_collector, "_detail", lambda *_: None)
 
-    def show(self, shown: Shown) -> None:
+    def show(self, picture: Shown) -> None:
         """Show a picture for a frame."""
         live = self.gui.session.pictures.live
-        self.gui.session.editing.begin(shown.shot)
-        live.output, live._work = shown, None
-        live._request = replace(shown.picture_key, settings=shown.shot.defocus)
+        self.gui.session.editing.begin(picture.shot)
+        live.output, live._work = picture, None
+        live._request = replace(picture.picture_key, settings=picture.shot.defocus)
         self.gui.frame()
 
-    def measure_brightness(self, shown: Shown) -> float:
+    def measure_brightness(self, picture: Shown) -> float:
         """Show a picture for a frame; return the mean of its pixels on the screen."""
-        self.show(shown)
+        self.show(picture)
         (x, y), (width, height) = (
             self.gui.session.pictures.view.viewport.corner,
             self.gui.session.pictures.view.viewport.size,

@@ -14,19 +14,19 @@ from support.session_files import BALL, BALL_M, QUICK, room_file
 
 
 @pytest.fixture(scope="module")
-def opened(session_context, tmp_path_factory) -> Iterator[Gui]:
+def shared_gui(session_context, tmp_path_factory) -> Iterator[Gui]:
     plate = room_file(tmp_path_factory.mktemp("plan") / "room.exr")
     with gui_of(session_context, plate, defocus=QUICK) as gui:
         yield gui
 
 
 @pytest.fixture
-def gui(ctx, opened) -> Gui:
-    opened.begin_again()
-    opened.session.editing.begin(replace(opened.session.facts.shot, marks=()))
+def gui(ctx, shared_gui) -> Gui:
+    shared_gui.begin_again()
+    shared_gui.session.editing.begin(replace(shared_gui.session.facts.shot, marks=()))
     imgui.set_window_focus("Plan")
-    opened.frame(3)
-    return opened
+    shared_gui.frame(3)
+    return shared_gui
 
 
 def focus_m(gui) -> float:

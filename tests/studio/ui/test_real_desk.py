@@ -227,60 +227,60 @@ def test_real_window_keys_compares_and_exports_a_shot(
 
 def _key(window: Window, shot: Path, twin: Twin) -> None:
     """Key a focus, then try one with auto key off, which is shown in a color of its own."""
-    hand = window.screen.hand
+    input_hand = window.screen.hand
     window.click(*twin.picture(73, 167))  # the post; the focus lies on the ball
     clicked = save_until(window, shot, lambda it: it.lens != LENS, "a focus by a click")
     assert focus_frames(clicked) == []
-    hand("key", "k")
+    input_hand("key", "k")
     save_until(window, shot, lambda it: focus_frames(it) == [FIRST], "a key")
-    hand("key", "Right")
+    input_hand("key", "Right")
     window.click(*twin.picture(200, 107))
     save_until(window, shot, lambda it: len(focus_frames(it)) == 2, "a key of auto key")
-    hand("key", "Right")
-    hand("key", "a")
+    input_hand("key", "Right")
+    input_hand("key", "a")
     window.click(*twin.picture(73, 167))
     window.until(lambda: has_color(window, DARK.trial), "what is only tried")
     assert len(focus_frames(save_until(window, shot, lambda _: True, "the shot"))) == 2
-    hand("key", "Left")
+    input_hand("key", "Left")
     window.until(lambda: not has_color(window, DARK.trial), "the keyed focus again")
-    hand("key", "a")
+    input_hand("key", "a")
 
 
 def _compare_looks(window: Window, shot: Path, twin: Twin) -> None:
     """Keep two looks, show them in the grid beside the current lens, and take the first."""
-    hand = window.screen.hand
-    hand("key", "shift+l")
+    input_hand = window.screen.hand
+    input_hand("key", "shift+l")
     wide = save_until(window, shot, lambda it: len(it.looks) == 1, "a look").lens.f_stop
-    hand("key", "--delay", 20, "braceright", "braceright", "braceright")
-    hand("key", "shift+l")
+    input_hand("key", "--delay", 20, "braceright", "braceright", "braceright")
+    input_hand("key", "shift+l")
     closed = save_until(window, shot, lambda it: len(it.looks) == 2, "another look")
     assert closed.lens.f_stop > wide
     rest = window.rest()
-    hand("key", "shift+w")
+    input_hand("key", "shift+w")
     window.until(lambda: window.rest() != rest, "the grid")
     window.click(*twin.look_a)
     save_until(window, shot, lambda it: it.lens.f_stop == wide, "the first look")
-    hand("key", "Escape")
+    input_hand("key", "Escape")
 
 
 def _export_and_close(window: Window, shot: Path, twin: Twin) -> None:
     """Export, close the window during it, answer its question; check that no process is left."""
-    hand = window.screen.hand
-    hand("key", "ctrl+e")
+    input_hand = window.screen.hand
+    input_hand("key", "ctrl+e")
     window.rest()
     window.click(*twin.export)
     window.until(lambda: "% exported" in window.title(), "the progress in the title")
     exporting = window.processes()
     corner_before = _corner(window)
-    hand("key", "alt+F4")
+    input_hand("key", "alt+F4")
     window.until(lambda: bool((_corner(window) != corner_before).any()), "the question")
-    hand("key", "Escape")  # go on with the export
+    input_hand("key", "Escape")  # go on with the export
     window.until(lambda: bool((_corner(window) == corner_before).all()), "the end of the question")
     title_before = window.title()
     window.until(lambda: "exported" in window.title() != title_before, "more of the export")
-    hand("key", "alt+F4")
+    input_hand("key", "alt+F4")
     window.until(lambda: bool((_corner(window) != corner_before).any()), "the question again")
-    hand("key", "Return")  # stop it and close
+    input_hand("key", "Return")  # stop it and close
     assert window.closed() == (0, "")
     window.until(lambda: not any(Path(f"/proc/{it}").exists() for it in exporting), "their end")
     written_files = sorted((shot.parent / "shot_dof").glob("*"))

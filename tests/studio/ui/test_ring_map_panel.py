@@ -13,8 +13,8 @@ from support.ring_window import draw_until, window_following_ring
 def gui(session_context, tmp_path_factory):
     with window_following_ring(
         session_context, Protocol.OSC, tmp_path_factory.mktemp("osc")
-    ) as made:
-        yield made
+    ) as new_gui:
+        yield new_gui
 
 
 @pytest.fixture

@@ -183,9 +183,9 @@ def test_save_waits_for_the_whole_picture_and_says_so(gui, tmp_path):
 def test_picture_is_written_on_a_thread_and_close_waits_for_it(ctx, plate, tmp_path, monkeypatch):
     may_write, real_write_picture = threading.Event(), picture_commands.write_picture
 
-    def write_slowly(*words, **named):
+    def write_slowly(*words, **keywords):
         assert may_write.wait(20)
-        real_write_picture(*words, **named)
+        real_write_picture(*words, **keywords)
 
     monkeypatch.setattr(picture_commands, "write_picture", write_slowly)
     with gui_of(ctx, plate) as gui:

@@ -33,10 +33,10 @@ def drawn(monkeypatch) -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
 
     def listened(function):
-        def heard(words, *more, **named):
+        def heard(words, *others, **keywords):
             window = imgui.internal.get_current_window().name
             found.setdefault(window, set()).add(words)
-            return function(words, *more, **named)
+            return function(words, *others, **keywords)
 
         return heard
 

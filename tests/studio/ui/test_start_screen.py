@@ -31,7 +31,7 @@ STILL = str(data_dir("assets") / "still_life.exr")
 
 
 @pytest.fixture
-def begun(ctx):
+def start_gui(ctx):
     """Return a function that opens windows without a plate, and close them afterwards."""
     made = []
 
@@ -78,26 +78,26 @@ INPUT_METHODS = ["click", "digit", "arrows"]
 
 
 @pytest.mark.parametrize("source", ["", "a file"])
-def test_panels_show_no_lens_before_a_source_is_read(begun, monkeypatch, tmp_path, source):
+def test_panels_show_no_lens_before_a_source_is_read(start_gui, monkeypatch, tmp_path, source):
     """Otherwise the lens would show f/2.8 and jump to that of the source once it is read."""
     with monkeypatch.context() as patch:
         patch.setattr(SourceOpener, "poll", lambda _: None)
-        gui = begun(source=source and room_file(tmp_path / "room.exr"))
+        gui = start_gui(source=source and room_file(tmp_path / "room.exr"))
         assert "f-stop" not in gui.drawn and gui.session.source.plate is None
     if source:
         gui.opened()
         assert "f-stop" in gui.drawn
 
 
-def test_start_screen_offers_demo_still_life_and_open(begun):
-    gui = begun()
+def test_start_screen_offers_demo_still_life_and_open(start_gui):
+    gui = start_gui()
     assert titles(gui) == ["Demo scene", "Still life", "Open ..."]
     assert gui.session.source.plate is None and gui.session.source.opener.opening is None
 
 
 @pytest.mark.parametrize("scale", [1.0, 2.0])
-def test_start_screen_hint_fits_at_any_scale(begun, scale):
-    gui = begun()
+def test_start_screen_hint_fits_at_any_scale(start_gui, scale):
+    gui = start_gui()
     gui.session.preferences.change(ui_scales={"": scale})
     gui.frame(4)
     x0, y0, x1, y1 = gui.rect("start hint")
@@ -107,10 +107,10 @@ def test_start_screen_hint_fits_at_any_scale(begun, scale):
     assert (y1 - y0 > 1.5 * gui.ui.scale.em) == (scale == 2.0)  # in two lines
 
 
-def test_start_screen_lists_existing_recent_files(begun, tmp_path):
+def test_start_screen_lists_existing_recent_files(start_gui, tmp_path):
     plate, shot = room_file(tmp_path / "room.exr"), tmp_path / "a.heatlens.json"
     shot.write_text(json.dumps({}))
-    gui = begun(preferences_with_recent(plate, tmp_path / "gone.exr", STILL, shot))
+    gui = start_gui(preferences_with_recent(plate, tmp_path / "gone.exr", STILL, shot))
     recent_cards = [
         (card.title, card.kind, card.text) for card in gui.session.files.start_choices.cards()[3:]
     ]
@@ -136,8 +136,8 @@ def test_word_of_names_the_kind_of_a_file(name, kind):
 
 
 @pytest.mark.parametrize("how", INPUT_METHODS)
-def test_demo_card_opens_the_demo(begun, small_demo, how):
-    gui = begun()
+def test_demo_card_opens_the_demo(start_gui, small_demo, how):
+    gui = start_gui()
     choose(gui, how, 0)
     gui.opened()
     assert gui.session.facts.shot.source == "demo" and gui.session.facts.has_camera
@@ -146,19 +146,19 @@ def test_demo_card_opens_the_demo(begun, small_demo, how):
 
 
 @pytest.mark.parametrize("how", INPUT_METHODS)
-def test_recent_card_opens_its_plate(begun, tmp_path, how):
+def test_recent_card_opens_its_plate(start_gui, tmp_path, how):
     plates = [room_file(tmp_path / name) for name in ("a.exr", "b.exr")]
-    gui = begun(preferences_with_recent(*plates))
+    gui = start_gui(preferences_with_recent(*plates))
     choose(gui, how, 4)
     gui.opened()
     assert gui.session.facts.shot.source == str(plates[1]) and gui.session.facts.lens == LENS
 
 
-def test_only_the_card_of_the_shot_being_opened_is_marked(begun, tmp_path, monkeypatch):
+def test_only_the_card_of_the_shot_being_opened_is_marked(start_gui, tmp_path, monkeypatch):
     plate = room_file(tmp_path / "room.exr")
     shot = tmp_path / "pull.heatlens.json"
     write_shot(shot, Shot(LENS, source=str(plate)))
-    gui = begun(preferences_with_recent(shot, plate))
+    gui = start_gui(preferences_with_recent(shot, plate))
     marked_titles, draw_card = [], start_screen.draw_card
     monkeypatch.setattr(
         start_screen,
@@ -173,8 +173,8 @@ def test_only_the_card_of_the_shot_being_opened_is_marked(begun, tmp_path, monke
 
 
 @pytest.mark.parametrize("how", INPUT_METHODS)
-def test_open_card_opens_the_file_dialog(begun, how):
-    gui = begun()
+def test_open_card_opens_the_file_dialog(start_gui, how):
+    gui = start_gui()
     choose(gui, how, 2)
     gui.until(lambda: gui.ui.dialogs.is_open, "the dialog")
     gui.key(K._1)  # of the dialog now
@@ -184,10 +184,10 @@ def test_open_card_opens_the_file_dialog(begun, how):
     assert gui.session.files.start_choices.is_shown and gui.session.source.opener.opening is None
 
 
-def test_start_screen_reports_a_broken_file_and_stays(begun, tmp_path):
+def test_start_screen_reports_a_broken_file_and_stays(start_gui, tmp_path):
     broken, plate = tmp_path / "broken.exr", room_file(tmp_path / "room.exr")
     broken.write_bytes(b"no exr")
-    gui = begun(preferences_with_recent(broken, plate))
+    gui = start_gui(preferences_with_recent(broken, plate))
     choose(gui, "digit", 3)
     gui.until(lambda: "broken.exr" in gui.session.messages.text, "the refusal")
     assert gui.session.files.start_choices.is_shown
@@ -203,8 +203,8 @@ def test_start_screen_reports_a_broken_file_and_stays(begun, tmp_path):
 # Nothing is open
 
 
-def test_keys_of_the_picture_do_nothing_on_the_start_screen(begun):
-    gui = begun()
+def test_keys_of_the_picture_do_nothing_on_the_start_screen(start_gui):
+    gui = start_gui()
     shot, view = gui.session.facts.shot, gui.session.facts.view
     for key in (K.escape, K.k, K.space, K.left_bracket, K.d, K.f, K.m, K.up_arrow, K.left_arrow):
         gui.key(key)
@@ -212,8 +212,8 @@ def test_keys_of_the_picture_do_nothing_on_the_start_screen(begun):
     assert gui.session.files.start_choices.is_shown and gui.session.source.opener.opening is None
 
 
-def test_every_command_runs_without_an_open_source(begun):
-    gui = begun(size=(640, 400))
+def test_every_command_runs_without_an_open_source(start_gui):
+    gui = start_gui(size=(640, 400))
     for action in listed_commands():
         if action.name in ("Quit", "Open the demo"):
             continue
@@ -239,9 +239,9 @@ def test_menu_opens_the_start_screen_and_escape_leaves_it(ctx, tmp_path):
         assert abs(gui.screenshot().astype(int) - screen_before).max() <= 1
 
 
-def test_start_screen_offers_the_stream_of_a_renderer(begun):
+def test_start_screen_offers_the_stream_of_a_renderer(start_gui):
     stream = StreamSource("127.0.0.1", 0)
-    gui = begun(source=stream.text, stream=stream)
+    gui = start_gui(source=stream.text, stream=stream)
     gui.do("Start screen...")
     assert titles(gui)[3] == "Listen to a renderer"
     choose(gui, "digit", 3)
@@ -269,9 +269,9 @@ def test_start_screen_layout_neither_overlaps_nor_leaves_the_screen(cards, recen
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (1600, 900), (800, 500)])
-def test_start_screen_cards_lie_inside_the_picture_area(begun, tmp_path, size):
+def test_start_screen_cards_lie_inside_the_picture_area(start_gui, tmp_path, size):
     files = [room_file(tmp_path / f"{name}.exr") for name in "abcdefgh"]
-    gui = begun(preferences_with_recent(*files), size)
+    gui = start_gui(preferences_with_recent(*files), size)
     left, top, right, bottom = gui.rect("picture")
     shown = [f"start {title}" for title in titles(gui)]
     assert len(shown) == 9
@@ -300,9 +300,9 @@ def test_view_refuses_an_empty_name(capsys, monkeypatch):
     assert "empty" in capsys.readouterr().err
 
 
-def test_pictures_of_the_start_cards_are_assets(begun):
+def test_pictures_of_the_start_cards_are_assets(start_gui):
     pictures = [
-        card.picture for card in begun().session.files.start_choices.cards() if card.picture
+        card.picture for card in start_gui().session.files.start_choices.cards() if card.picture
     ]
     assert len(pictures) == 2
     assert all(Path(data_dir("assets") / name).is_file() for name in pictures)

@@ -19,7 +19,7 @@ HANDLE_REACH_EM = 1.6  # how far the letters and the grip reach from the line of
 
 
 @pytest.fixture(scope="module")
-def own(session_context) -> FrameRenderer:
+def other_renderer(session_context) -> FrameRenderer:
     """Return a renderer that is not the window's."""
     return FrameRenderer(session_context)
 
@@ -67,7 +67,7 @@ def test_depth_of_field_off_shows_the_plate(gui):
     np.testing.assert_array_equal(screen_region(gui), display_bytes(gui, plate_pixels(gui)))
 
 
-def test_flip_shows_only_b(gui):
+def test_key_x_shows_the_unblurred_plate_in_place_of_the_picture(gui):
     gui.key(K.x)
     gui.frame()
     np.testing.assert_array_equal(screen_region(gui), display_bytes(gui, plate_pixels(gui)))
@@ -159,11 +159,11 @@ def test_reference_of_another_size_is_scaled_to_the_picture(gui, tmp_path):
     np.testing.assert_array_equal(pixels[:, -WIDTH // 4 :], np.broadcast_to(black, (HEIGHT, 24, 3)))
 
 
-def test_difference_shows_gain_times_the_distance_of_a_and_b(gui, own):
+def test_difference_shows_gain_times_the_distance_of_a_and_b(gui, other_renderer):
     gui.key(K.e)
     gui.session.pictures.view.state = replace(gui.session.facts.view, difference_gain=2.0)
     gui.frame(2)
-    expected = 2.0 * abs(render_shot_from_file(gui, own) - plate_pixels(gui))
+    expected = 2.0 * abs(render_shot_from_file(gui, other_renderer) - plate_pixels(gui))
     error = abs(screen_region(gui).astype(int) - display_bytes(gui, expected))
     assert error.max() <= 1  # the product is rounded before the curve, here after it
     gui.key(K.period)
@@ -171,8 +171,8 @@ def test_difference_shows_gain_times_the_distance_of_a_and_b(gui, own):
     assert gui.session.facts.view.difference_gain == 4.0
 
 
-def test_difference_from_an_equal_reference_is_black(gui, own, tmp_path):
-    pixels = render_shot_from_file(gui, own)
+def test_difference_from_an_equal_reference_is_black(gui, other_renderer, tmp_path):
+    pixels = render_shot_from_file(gui, other_renderer)
     names = {name: np.ascontiguousarray(pixels[..., i]) for i, name in enumerate("RGB")}
     open_reference(gui, write_file(tmp_path / "a.exr", names))
     gui.key(K.e)

@@ -20,7 +20,7 @@ PLATE_METHODS = [method for method in Method if not method.needs_scene]
 
 
 @pytest.fixture(scope="module")
-def own(session_context) -> FrameRenderer:
+def other_renderer(session_context) -> FrameRenderer:
     """Return a renderer that is not the window's."""
     return FrameRenderer(session_context)
 
@@ -47,12 +47,12 @@ def asked(gui, monkeypatch) -> list[Method]:
     return found
 
 
-def render_separately(gui, own: FrameRenderer, method: Method) -> np.ndarray:
+def render_separately(gui, other_renderer: FrameRenderer, method: Method) -> np.ndarray:
     """Return (H, W, 3) bytes of the shot by `method`, rendered again from its file."""
     shot = gui.session.facts.shot
-    own.load(read_plate(gui.session.source.plate.path))
+    other_renderer.load(read_plate(gui.session.source.plate.path))
     return display_bytes(
-        gui, own.pixels(replace(shot, defocus=replace(shot.defocus, method=method)))
+        gui, other_renderer.pixels(replace(shot, defocus=replace(shot.defocus, method=method)))
     )
 
 
@@ -80,35 +80,40 @@ def show_only_panel(gui, name: str) -> None:
 
 
 @pytest.mark.parametrize("method", PLATE_METHODS)
-def test_b_by_a_method_equals_a_separate_render(gui, own, method):
+def test_b_by_a_method_equals_a_separate_render(gui, other_renderer, method):
     compare_with_method(gui, method)
-    np.testing.assert_array_equal(screen_region(gui), render_separately(gui, own, method))
+    np.testing.assert_array_equal(
+        screen_region(gui), render_separately(gui, other_renderer, method)
+    )
 
 
-def test_wipe_shows_a_left_and_the_other_method_right(gui, own):
+def test_wipe_shows_a_left_and_the_other_method_right(gui, other_renderer):
     compare_with_method(gui, Method.GATHER, Compare.WIPE)
     pixels, line = screen_region(gui), WIDTH // 2
     columns = slice(line + 30, None)  # beside grip and letters
     np.testing.assert_array_equal(
-        pixels[:, columns], render_separately(gui, own, Method.GATHER)[:, columns]
+        pixels[:, columns], render_separately(gui, other_renderer, Method.GATHER)[:, columns]
     )
     columns = slice(0, line - 30)
     np.testing.assert_array_equal(
-        pixels[:, columns], render_separately(gui, own, Method.DIFFUSION)[:, columns]
+        pixels[:, columns], render_separately(gui, other_renderer, Method.DIFFUSION)[:, columns]
     )
     assert np.any(
-        render_separately(gui, own, Method.GATHER) != render_separately(gui, own, Method.DIFFUSION)
+        render_separately(gui, other_renderer, Method.GATHER)
+        != render_separately(gui, other_renderer, Method.DIFFUSION)
     )
 
 
-def test_b_follows_the_lens_and_a_stays_the_renderers_picture(gui, own):
+def test_b_follows_the_lens_and_a_stays_the_renderers_picture(gui, other_renderer):
     compare_with_method(gui, Method.SCATTER)
     before = screen_region(gui)
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     gui.settled()
-    np.testing.assert_array_equal(screen_region(gui), render_separately(gui, own, Method.SCATTER))
+    np.testing.assert_array_equal(
+        screen_region(gui), render_separately(gui, other_renderer, Method.SCATTER)
+    )
     assert np.any(screen_region(gui) != before)
-    a = own.pixels(gui.session.facts.shot)
+    a = other_renderer.pixels(gui.session.facts.shot)
     np.testing.assert_array_equal(download(gui.session.pictures.live.output.texture), a)
 
 
@@ -154,7 +159,7 @@ def test_whole_b_is_not_rendered_again(gui, asked):
 # By hand
 
 
-def test_methods_of_a_and_b_are_chosen_in_the_panels(gui, own):
+def test_methods_of_a_and_b_are_chosen_in_the_panels(gui, other_renderer):
     gui.session.pictures.view.state = replace(gui.session.facts.view, compare=Compare.FLIP)
     show_only_panel(gui, "Display")
     pick_item(gui, "compare with", "method gather")
@@ -163,7 +168,9 @@ def test_methods_of_a_and_b_are_chosen_in_the_panels(gui, own):
         Method.GATHER,
     )
     gui.settled()
-    np.testing.assert_array_equal(screen_region(gui), render_separately(gui, own, Method.GATHER))
+    np.testing.assert_array_equal(
+        screen_region(gui), render_separately(gui, other_renderer, Method.GATHER)
+    )
     pick_item(gui, "compare with", "method raytraced")
     assert (
         gui.session.facts.view.b_method is Method.GATHER

@@ -23,7 +23,7 @@ FILM = DefocusSettings()
 
 
 @pytest.fixture(scope="module")
-def own(session_context) -> FrameRenderer:
+def other_renderer(session_context) -> FrameRenderer:
     """Return a renderer that is not the window's."""
     return FrameRenderer(session_context)
 
@@ -35,11 +35,11 @@ def gui(gui):
     return gui
 
 
-def test_window_shows_the_renderers_picture_bit_for_bit(gui, own):
+def test_window_shows_the_renderers_picture_bit_for_bit(gui, other_renderer):
     gui.session.editing.edit(replace(gui.session.facts.shot, defocus=FILM))
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     gui.settled()
-    expected = render_shot_from_file(gui, own)
+    expected = render_shot_from_file(gui, other_renderer)
     np.testing.assert_array_equal(download(gui.session.pictures.live.output.texture), expected)
     np.testing.assert_array_equal(screen_region(gui), display_bytes(gui, expected))
     assert abs(expected - plate_pixels(gui)).max() > 0.1
@@ -59,31 +59,32 @@ def test_window_shows_the_picture_that_the_command_writes(gui, tmp_path, capsys)
     )
 
 
-def test_exposure_and_gamma_change_the_displayed_pixels(gui, own):
+def test_exposure_and_gamma_change_the_displayed_pixels(gui, other_renderer):
     for _ in range(3):
         gui.key(K.up_arrow, ctrl=True)
     gui.session.pictures.view.state = replace(gui.session.facts.view, gamma=1.4)
     gui.frame()
-    expected = display_bytes(gui, render_shot_from_file(gui, own), stops=0.75, gamma=1.4)
+    expected = display_bytes(gui, render_shot_from_file(gui, other_renderer), stops=0.75, gamma=1.4)
     np.testing.assert_array_equal(screen_region(gui), expected)
     gui.key(K._0, ctrl=True)
     gui.frame()
     np.testing.assert_array_equal(
-        screen_region(gui), display_bytes(gui, render_shot_from_file(gui, own))
+        screen_region(gui), display_bytes(gui, render_shot_from_file(gui, other_renderer))
     )
 
 
-def test_t_stop_darkens_the_displayed_picture(gui, own):
+def test_t_stop_darkens_the_displayed_picture(gui, other_renderer):
     """T2 at f/1 darkens the view by two stops and leaves the blur."""
     gui.session.editing.edit_lens(replace(gui.session.facts.lens, t_stop=2.0))
     gui.frame()
     gui.settled()
     np.testing.assert_array_equal(
-        screen_region(gui), display_bytes(gui, render_shot_from_file(gui, own), stops=-2.0)
+        screen_region(gui),
+        display_bytes(gui, render_shot_from_file(gui, other_renderer), stops=-2.0),
     )
 
 
-def test_chosen_view_transform_is_displayed(gui, own):
+def test_chosen_view_transform_is_displayed(gui, other_renderer):
     before = screen_region(gui)
     display = gui.session.facts.view.display
     other_view = next(
@@ -92,23 +93,23 @@ def test_chosen_view_transform_is_displayed(gui, own):
     gui.session.pictures.view.state = replace(gui.session.facts.view, view=other_view)
     gui.frame(2)
     np.testing.assert_array_equal(
-        screen_region(gui), display_bytes(gui, render_shot_from_file(gui, own))
+        screen_region(gui), display_bytes(gui, render_shot_from_file(gui, other_renderer))
     )
     assert np.any(screen_region(gui) != before)
 
 
 @pytest.mark.parametrize("zoom", [4, 8])
-def test_pixels_are_drawn_as_squares_from_zoom_four_on(gui, own, zoom):
+def test_pixels_are_drawn_as_squares_from_zoom_four_on(gui, other_renderer, zoom):
     gui.do("Pixel grid")
     gui.session.pictures.view.state = replace(gui.session.facts.view, zoom=float(zoom))
     gui.frame(2)
-    expected = display_bytes(gui, render_shot_from_file(gui, own))
+    expected = display_bytes(gui, render_shot_from_file(gui, other_renderer))
     np.testing.assert_array_equal(
         screen_region(gui, zoom), expected.repeat(zoom, axis=0).repeat(zoom, axis=1)
     )
 
 
-def test_zoomed_out_view_shows_pixel_means(gui, own):
+def test_zoomed_out_view_shows_pixel_means(gui, other_renderer):
     """At a quarter of the size the mipmaps show means of 4 x 4 pixels."""
     gui.session.pictures.view.state = replace(gui.session.facts.view, zoom=0.25)
     gui.frame(3)
@@ -116,7 +117,7 @@ def test_zoomed_out_view_shows_pixel_means(gui, own):
     x, y = (int(c) for c in gui.session.pictures.view.geometry.origin)
     small = gui.screenshot()[y : y + HEIGHT // 4, x : x + WIDTH // 4].astype(float)
     assert (shape.width_px, shape.height_px) == (WIDTH, HEIGHT)
-    whole = display_bytes(gui, render_shot_from_file(gui, own)).astype(float)
+    whole = display_bytes(gui, render_shot_from_file(gui, other_renderer)).astype(float)
     means = whole.reshape(HEIGHT // 4, 4, WIDTH // 4, 4, 3).mean(axis=(1, 3))
     assert abs(small - means).max() <= 2.0  # each of two halvings rounds
 
@@ -174,13 +175,13 @@ def test_zones_overlay_follows_the_focus(gui):
 # The pixel under the pointer
 
 
-def test_status_bar_shows_the_values_of_the_hovered_pixel(gui, own):
+def test_status_bar_shows_the_values_of_the_hovered_pixel(gui, other_renderer):
     gui.move(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     gui.frame(2)
     text = gui.screen.status.words(gui.screen.picture.hovered_px)
     x, y = POST
     plate = plate_pixels(gui)[y, x]
-    through = render_shot_from_file(gui, own)[y, x]
+    through = render_shot_from_file(gui, other_renderer)[y, x]
     assert text.startswith(f"x {x}  y {y}   picture ")
     assert "plate " + " ".join(f"{c:.4g}" for c in plate[:3]) in text
     assert "picture " + " ".join(f"{c:.4g}" for c in through[:3]) in text

@@ -25,16 +25,18 @@ K = imgui.Key
 
 
 @pytest.fixture(scope="module")
-def own(session_context) -> FrameRenderer:
+def other_renderer(session_context) -> FrameRenderer:
     """Return a renderer that is not the window's."""
     return FrameRenderer(session_context)
 
 
-def assert_shows_renderers_picture(gui: Gui, own: FrameRenderer) -> None:
+def assert_shows_renderers_picture(gui: Gui, other_renderer: FrameRenderer) -> None:
     gui.settled()
-    own.load(read_plate(Path(gui.session.facts.shot.source), gui.session.facts.shot.plate_options))
+    other_renderer.load(
+        read_plate(Path(gui.session.facts.shot.source), gui.session.facts.shot.plate_options)
+    )
     found = download(gui.session.pictures.live.output.texture)
-    np.testing.assert_array_equal(found, own.pixels(gui.session.facts.shot))
+    np.testing.assert_array_equal(found, other_renderer.pixels(gui.session.facts.shot))
 
 
 def show_every_overlay_and_comparison(gui: Gui) -> None:
@@ -67,8 +69,8 @@ def coc_window(gui, tmp_path) -> Gui:
     return gui
 
 
-def test_plate_with_blur_sizes_is_rendered_without_a_histogram(coc_window, own):
-    assert_shows_renderers_picture(coc_window, own)
+def test_plate_with_blur_sizes_is_rendered_without_a_histogram(coc_window, other_renderer):
+    assert_shows_renderers_picture(coc_window, other_renderer)
     show_every_overlay_and_comparison(coc_window)
     assert coc_window.session.facts.histogram is None
 
@@ -116,12 +118,12 @@ def test_click_focuses_again_on_a_plate_with_distances(coc_window, tmp_path):
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 200), (301, 7)])
-def test_plates_of_odd_sizes_are_shown_and_clicked(gui, own, tmp_path, size, rng):
+def test_plates_of_odd_sizes_are_shown_and_clicked(gui, other_renderer, tmp_path, size, rng):
     width, height = size
     color = rng.uniform(0, 1, (height, width, 3)).astype(np.float32)
     depth = rng.uniform(1, 9, (height, width)).astype(np.float32)
     gui.open(write_plate(tmp_path / "odd.exr", color, Z=depth))
-    assert_shows_renderers_picture(gui, own)
+    assert_shows_renderers_picture(gui, other_renderer)
     show_every_overlay_and_comparison(gui)
     gui.do("Fit")
     for point in ((0, 0), (width, 0), (0, height), (width, height)):
@@ -148,9 +150,9 @@ def off_origin(gui, tmp_path) -> Gui:
     return gui
 
 
-def test_data_window_is_drawn_at_its_place_in_the_display_window(off_origin, own):
+def test_data_window_is_drawn_at_its_place_in_the_display_window(off_origin, other_renderer):
     gui = off_origin
-    assert_shows_renderers_picture(gui, own)
+    assert_shows_renderers_picture(gui, other_renderer)
     assert gui.session.facts.picture_shape.width_px == 80
     gui.do("Depth of field")
     gui.frame()
@@ -204,11 +206,11 @@ def test_click_focuses_only_within_the_data_window(off_origin):
 # Wide pixels, alpha, headers
 
 
-def test_anamorphic_plate_is_shown_twice_as_wide(gui, own, tmp_path):
+def test_anamorphic_plate_is_shown_twice_as_wide(gui, other_renderer, tmp_path):
     gui.open(room_file(tmp_path / "wide.exr", 96, 64, pixelAspectRatio=2.0))
     assert gui.session.source.plate.pixel_aspect_ratio == 2.0
     gui.do("1:1")
-    assert_shows_renderers_picture(gui, own)
+    assert_shows_renderers_picture(gui, other_renderer)
     (x0, y0), (x1, y1) = gui.at_picture(0, 0), gui.at_picture(96, 64)
     assert (x1 - x0, y1 - y0) == (192, 64)
     gui.do("Zoom in")
@@ -218,14 +220,14 @@ def test_anamorphic_plate_is_shown_twice_as_wide(gui, own, tmp_path):
     show_every_overlay_and_comparison(gui)
 
 
-def test_plate_with_alpha_is_shown_over_black(gui, own, tmp_path):
+def test_plate_with_alpha_is_shown_over_black(gui, other_renderer, tmp_path):
     color, depth = room(WIDTH, HEIGHT)
     alpha = np.where(np.isinf(depth), 0.0, 1.0).astype(np.float32)
     rgba = np.concatenate([color * alpha[..., None], alpha[..., None]], axis=-1)
     gui.open(write_plate(tmp_path / "alpha.exr", rgba, Z=depth))
     assert gui.session.source.plate.has_alpha
     gui.do("1:1")
-    assert_shows_renderers_picture(gui, own)
+    assert_shows_renderers_picture(gui, other_renderer)
     show_every_overlay_and_comparison(gui)
     gui.do("1:1")
     gui.do("Depth of field")
@@ -242,10 +244,10 @@ def test_plate_without_lens_header_focuses_on_its_middle(gui, tmp_path):
     assert gui.session.facts.lens.focus_distance_m == middle[len(middle) // 2]
 
 
-def test_plate_of_sky_only_focuses_at_infinity(gui, own, tmp_path):
+def test_plate_of_sky_only_focuses_at_infinity(gui, other_renderer, tmp_path):
     color = np.full((20, 30, 3), 0.4, np.float32)
     gui.open(write_plate(tmp_path / "sky.exr", color, Z=np.full((20, 30), np.inf, np.float32)))
-    assert_shows_renderers_picture(gui, own)
+    assert_shows_renderers_picture(gui, other_renderer)
     show_every_overlay_and_comparison(gui)
     gui.click(gui.at_picture(10.5, 10.5))
     assert gui.session.facts.lens.focus_distance_m == math.inf
