@@ -1,6 +1,7 @@
 """Run the command `heatlens` in this process or in one of its own."""
 
 import os
+import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -84,6 +85,19 @@ def start_heatlens(*words: object, **options: object) -> subprocess.Popen[str]:
     process = subprocess.Popen(command, text=True, **process_options)
     _open.append(process)
     return process
+
+
+def start_heatlens_on_full_disk(file_bytes: int, *words: object) -> subprocess.Popen[str]:
+    """Start `heatlens WORDS` as a process whose files can have at most `file_bytes`.
+
+    The error of a longer file, EFBIG, acts as ENOSPC. The process writes no byte code, which
+    Python would truncate without an error and fail to load in later processes.
+    """
+    return start_heatlens(
+        *words,
+        env=ENVIRONMENT | {"PYTHONDONTWRITEBYTECODE": "1"},
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (file_bytes, file_bytes)),
+    )
 
 
 def kill_started_processes() -> None:

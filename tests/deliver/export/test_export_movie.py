@@ -1,6 +1,5 @@
 """Test exported movies by decoding them: frames, rate, colors, and metadata for players."""
 
-import resource
 import sys
 import time
 from dataclasses import replace
@@ -16,7 +15,7 @@ from heatlens.core.model.curves.frames import exact_rate
 from heatlens.deliver.export import movie as movies
 from heatlens.media.documents.shot_file import read_shot, write_shot
 from heatlens.media.plate.header.camera_header import lens_attributes
-from support.command_line import start_heatlens
+from support.command_line import start_heatlens, start_heatlens_on_full_disk
 from support.exports import (
     FRAMES,
     WIDTH,
@@ -209,10 +208,7 @@ def test_full_disk_leaves_no_movie(capsys, shot_file, tmp_path):
     size = (tmp_path / "m.mov").stat().st_size
     (tmp_path / "m.mov").unlink()
     before = files_in(tmp_path)
-    words = ("export", shot_file, "-o", tmp_path / "m.mov")
-    process = start_heatlens(
-        *words, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size - 1, size - 1))
-    )
+    process = start_heatlens_on_full_disk(size - 1, "export", shot_file, "-o", tmp_path / "m.mov")
     message = process.communicate(timeout=60)[1]
     assert process.returncode == 2
     assert "m.mov could not" in message and "Traceback" not in message

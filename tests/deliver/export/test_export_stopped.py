@@ -2,7 +2,6 @@
 
 import os
 import random
-import resource
 import signal
 import subprocess
 import time
@@ -14,7 +13,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.deliver.export import frame_files
 from heatlens.media.documents.shot_file import read_shot, write_shot
 from heatlens.media.files.atomic_file import replace_atomically
-from support.command_line import start_heatlens
+from support.command_line import start_heatlens, start_heatlens_on_full_disk
 from support.exports import (
     MANY_FRAMES,
     export_and_list_new_frames,
@@ -123,13 +122,10 @@ def test_chunks_in_separate_processes_give_same_files(long_shot, tmp_path):
 
 
 def test_full_disk_leaves_no_truncated_frame(long_shot, tmp_path):
-    """A file size limit below that of any frame stands for the full disk: EFBIG acts as ENOSPC."""
+    """The limit of the size of a file is below that of any frame."""
     shot_file, expected_files = long_shot
     limit = min(map(len, expected_files.values())) - 100
-    process = start_heatlens(
-        *("export", shot_file, "-o", tmp_path / "n.####.exr"),
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
-    )
+    process = start_heatlens_on_full_disk(limit, "export", shot_file, "-o", tmp_path / "n.####.exr")
     message = process.communicate(timeout=60)[1]
     assert process.returncode == 2
     assert "n.1001.exr could not" in message and len(message.splitlines()) == 1
