@@ -263,7 +263,7 @@ class Chosen:
 
 
 class MutantFinder(importlib.abc.MetaPathFinder):
-    """Imports the changed module in the place of that in the file."""
+    """A finder that imports the changed module instead of the one in the file."""
 
     def __init__(self, mutant: Mutant) -> None:
         self.mutant = mutant

@@ -72,13 +72,13 @@ def test_export_keeps_at_most_four_frames_in_memory(capsys, tmp_path, monkeypatc
     most_alive = 0
     write = frame_files.write_picture
 
-    def counted(path, pixels, *args, **options):
+    def count_and_write(path, pixels, *args, **options):
         nonlocal most_alive
         alive.append(weakref.ref(pixels))
         most_alive = max(most_alive, sum(reference() is not None for reference in alive))
         write(path, pixels, *args, **options)
 
-    monkeypatch.setattr(frame_files, "write_picture", counted)
+    monkeypatch.setattr(frame_files, "write_picture", count_and_write)
     write_shot(
         tmp_path / "s.heatlens.json",
         shot_of(write_plates(tmp_path / "plates", MANY_FRAMES), MANY_FRAMES),

@@ -151,10 +151,11 @@ def test_paced_progress_on_terminal_rewrites_and_clears_line(monkeypatch):
 
 def test_bench_first_reports_that_it_estimates_duration(capsys, monkeypatch):
     """The message comes before any rendering that could take long."""
-    monkeypatch.setattr(
-        "heatlens.lab.commands.bench.probe_seconds_per_px",
-        lambda *_: (_ for _ in ()).throw(KeyboardInterrupt),
-    )
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("heatlens.lab.commands.bench.probe_seconds_per_px", interrupt)
     with pytest.raises(KeyboardInterrupt):
         from heatlens.fronts.commands.command_parser import build_parser
         from heatlens.lab.commands import bench

@@ -12,12 +12,14 @@ import heatlens
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import SPIKE_FROM, SPIKE_WHOLE, PlateOptions
 from heatlens.fronts.commands.main import main
+from heatlens.media.plate import grain, inspection
 from heatlens.media.plate.grain import _percentile, despike, measure_noise, noise_note
 from heatlens.media.plate.inspection import inspect
 from heatlens.media.plate.read import read_plate
 from support.deep_files import write_deep
 from support.exr_files import write_file
 from support.plates import room, wires_and_lamps
+from support.watched_calls import watch_calls
 
 SIZE = (180, 120)
 
@@ -57,16 +59,10 @@ def test_noise_doubt_reports_grain_but_no_patterns(rng, made, samples):
 
 def test_inspect_measures_noise_only_once(plate, monkeypatch):
     """Measuring the noise takes the most time of `inspect`."""
-    measured_shapes = []
-
-    def counted(color):
-        measured_shapes.append(color.shape)
-        return measure_noise(color)
-
-    monkeypatch.setattr("heatlens.media.plate.grain.measure_noise", counted)
-    monkeypatch.setattr("heatlens.media.plate.inspection.measure_noise", counted)
+    of_plate = watch_calls(monkeypatch, grain, "measure_noise")
+    of_inspection = watch_calls(monkeypatch, inspection, "measure_noise")
     facts = inspect(plate, PlateOptions())
-    assert len(measured_shapes) == 1
+    assert len([*of_plate, *of_inspection]) == 1
     assert facts["color"]["noise"] > 0.05 and any("is noisy" in it for it in facts["notes"])
 
 

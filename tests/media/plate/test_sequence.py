@@ -1,6 +1,5 @@
 """Test sequences on disk: notations, gaps, substitutes, and files that come and go."""
 
-import os
 from pathlib import Path
 
 import pytest
@@ -18,6 +17,7 @@ from heatlens.media.sequence.names import (
 )
 from heatlens.media.sequence.sequence import Sequence
 from heatlens.media.sequence.sequence_search import find_sequence, rescan
+from support.watched_calls import watch_calls
 
 SHOT = (998, 999, 1001, 1002, 1005)  # 1000, 1003 and 1004 are missing
 
@@ -210,9 +210,7 @@ def test_find_sequence_rejects_date_as_frame_number(tmp_path):
 
 def test_find_sequence_lists_folder_only_once(tmp_path, monkeypatch):
     touch(tmp_path, *(f"a.{frame:04d}.exr" for frame in range(3000)))
-    listings = []
-    scandir = os.scandir
-    monkeypatch.setattr(sequence_module.os, "scandir", lambda f: listings.append(f) or scandir(f))
+    listings = watch_calls(monkeypatch, sequence_module.os, "scandir")
     for name in ("a.####.exr", "a.#.exr", "a.0007.exr", ""):
         assert len(find_sequence(tmp_path / name).present) == 3000
     assert len(listings) == 4

@@ -60,7 +60,12 @@ def test_network_given_once_is_trusted_until_its_content_changes(strangers, caps
 def test_trusted_network_is_asked_for_and_remembered(strangers, answer):
     _, picture, network = strangers
     questions: list[str] = []
-    trusted.set_question(lambda question: questions.append(question) or answer)
+
+    def answer_question(question: str) -> bool:
+        questions.append(question)
+        return answer
+
+    trusted.set_question(answer_question)
     options = PlateOptions(depth_model=str(network), near_m=1.0, far_m=9.0)
     for _ in range(2):
         if answer:

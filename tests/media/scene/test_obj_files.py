@@ -12,6 +12,7 @@ from heatlens.media.scene.obj_files import files_of_obj
 from heatlens.media.scene.scene_read import files_of_scene, read_scene
 from support.exports import export_shot, refused_export_message
 from support.gltf_files import encoded
+from support.watched_calls import watch_calls
 
 TOLD = ("--f-stop=2", "--focus-distance=2.5", "--size=32x18", "--quality=draft")
 RED, BLUE = [[[200, 30, 30]]], [[[30, 30, 200]]]
@@ -37,15 +38,9 @@ def test_files_of_obj_are_the_files_that_are_read(scene, monkeypatch):
     expected = tuple(folder / name for name in ("look.mtl", "a map.png", "maps/other.png"))
     assert files_of_obj(scene) == expected
     assert files_of_scene(scene) == (scene, *expected)
-    opened_paths, open_file = [], os.open
-
-    def recorded(path, *words):
-        opened_paths.append(Path(path))
-        return open_file(path, *words)
-
-    monkeypatch.setattr(os, "open", recorded)
+    calls = watch_calls(monkeypatch, os, "open")
     read_scene(scene)
-    assert {scene, *expected} == set(opened_paths)
+    assert {scene, *expected} == {Path(path) for path, *_ in calls}
 
 
 @pytest.mark.parametrize("name", ["look.mtl", "a map.png"])

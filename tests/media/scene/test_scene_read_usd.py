@@ -175,7 +175,7 @@ def Mesh "M"
     ],
 )
 def test_usd_values_of_another_kind_are_rejected(tmp_path, name, other):
-    """As what they are, and not as a mistake of heatlens."""
+    """The message names the file; the error is not reported as a fault of heatlens."""
     path = tmp_path / "a.usda"
     path.write_text(MESH)
     assert usd_scene(str(path)).triangle_count == 1

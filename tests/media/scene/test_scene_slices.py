@@ -5,6 +5,7 @@ Work is counted in bands of a picture. Each band advances a clock of the test by
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
@@ -143,8 +144,8 @@ def test_whole_image_is_drawn_in_small_steps(scene_gui, work, method, most):
     true = replace(gui.session.facts.shot.defocus, method=method, views=20)
     gui.session.editing.edit(replace(gui.session.facts.shot, defocus=true))
     wait_for_whole_picture(gui)
-    look_through = lambda: gui.session.scenes.look_through("side")  # noqa: E731
-    assert max_bands_between_inputs(gui, work, look_through) <= most
+    look_through_side = partial(gui.session.scenes.look_through, "side")
+    assert max_bands_between_inputs(gui, work, look_through_side) <= most
     assert work.drawn > 30
 
 

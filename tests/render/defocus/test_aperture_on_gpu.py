@@ -1,4 +1,4 @@
-"""The opening of the lens on the GPU, held against the one on the processor and closed forms."""
+"""Compare the opening of the lens on the GPU with that on the processor and closed forms."""
 
 from collections.abc import Iterator
 
@@ -43,7 +43,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class ApertureOnGpu:
-    """Asks lib/aperture.lib.glsl."""
+    """The functions of lib/aperture.lib.glsl, with an opening of any shape if SHAPED."""
 
     def __init__(self, ctx: Device, *defines: str) -> None:
         self._library = ShaderQuestions(
@@ -56,7 +56,11 @@ class ApertureOnGpu:
         questions: np.ndarray,
         place: tuple[float, float] = (0.0, 0.0),
     ) -> np.ndarray:
-        """Return (n, 3, 4) for (n, 4)."""
+        """Return three answers (n, 3, 4), as `_QUESTIONS` writes them, for questions (n, 4).
+
+        A question is an offset from the disc (2), its radius and its ramp, all in pixels; `place`
+        is the position of the disc in the picture, in pixels.
+        """
         uniforms = shape.uniforms((64, 64)) if isinstance(shape, Pupil) else shape.uniforms
         return self._library.ask(questions, uniforms | {"place": place})
 
@@ -94,13 +98,14 @@ def test_gpu_aperture_equals_cpu_for_every_shape(
     questions = np.column_stack([offsets, radii, ramps]).astype(np.float32).astype(np.float64)
     gpu_results = shaped_on_gpu.answers(disc, questions, place)
     for (x, y, radius, ramp), (outer, green, _) in zip(questions, gpu_results, strict=True):
-        # A corner is where the gradient jumps: nearer than float32 tells, either will do.
         for color, cover, light in ((-1, outer[0], outer[2]), (0, *green[:2]), (1, *outer[1::2])):
-            own = radius + color * axial_px / 2
-            if abs(own) < 0.1:
+            color_radius = radius + color * axial_px / 2
+            if abs(color_radius) < 0.1:
                 continue
-            assert cover == pytest.approx(float(disc.coverage(x, y, own, ramp, place)), abs=2e-3)
-            assert light == pytest.approx(disc.light(own, ramp, place), rel=1e-2, abs=1e-2)
+            # At a corner of the blades float32 may take the gradient of either edge.
+            expected_cover = float(disc.coverage(x, y, color_radius, ramp, place))
+            assert cover == pytest.approx(expected_cover, abs=2e-3)
+            assert light == pytest.approx(disc.light(color_radius, ramp, place), rel=1e-2, abs=1e-2)
         barrel = field.barrel(aperture, place, aspect)
         expected = expected_weight_at(aperture, barrel, x / 200, y / 200, radius > 0)
         if expected is not None:
@@ -150,7 +155,7 @@ def test_gpu_aperture_equals_cpu_for_disc(
 def test_gpu_and_cpu_lens_points_lie_in_same_opening(
     on_gpu: ApertureOnGpu, squeeze: float, radius_m: float, seed: int
 ) -> None:
-    """Any map that keeps areas will do; the one for rays is polar, so areas and angles tell it."""
+    """Both maps of the unit square keep areas; that of the GPU, for rays, is polar."""
     pupil = Pupil(Aperture(squeeze=squeeze), radius_m)
     square = np.random.default_rng(seed).random((64, 2)).astype(np.float32).astype(np.float64)
     questions = np.column_stack([square, np.ones(64), np.ones(64)])

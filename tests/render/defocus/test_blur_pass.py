@@ -162,7 +162,7 @@ def test_blur_keeps_constant_picture(
 def test_blur_keeps_light_inside_border(
     ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
-    """Where none of it crosses the border."""
+    """The border is in focus, so that no light crosses it."""
     x, coc = random_plate(rng, (61, 47), 90.0)
     coc[[0, -1]], coc[:, [0, -1]] = 0.0, 0.0
     total = run_blur(solver, x, coc, named_kernel(name)).sum(axis=(0, 1), dtype=np.float64)
@@ -176,8 +176,8 @@ def test_blur_extends_border_pixels_beyond_the_picture(
 ) -> None:
     """The border is blurred as in the middle of a larger picture that repeats it."""
     x, coc = random_plate(rng, (21, 17), coc_px)
-    room = ((60, 60), (60, 60))
-    larger = np.pad(x, (*room, (0, 0)), mode="edge"), np.pad(coc, room, mode="edge")
+    margins = ((60, 60), (60, 60))
+    larger = np.pad(x, (*margins, (0, 0)), mode="edge"), np.pad(coc, margins, mode="edge")
     expected = run_blur(solver, *larger, named_kernel(name))[60:-60, 60:-60]
     np.testing.assert_allclose(run_blur(solver, x, coc, named_kernel(name)), expected, atol=2e-4)
 

@@ -79,19 +79,19 @@ def test_quality_final_uses_seven_parts_for_a_guess(ctx, renderer):
 
 
 def test_far_guess_is_skipped_where_layers_are_better(ctx, renderer):
-    """A card with little blur, one that is thin, and one in a picture with alpha."""
-    thin = card_before_wall(0.9, card_m=FOCUS_M / 0.96)
-    hair = card_before_wall(0.9)
-    is_hair = np.arange(WIDTH) // 2 == EDGE // 2
-    depth_m = np.where(np.tile(is_hair, (HEIGHT, 1)), FOCUS_M / 0.88, FAR_M).astype(np.float32)
-    hair = plate_of(hair.color[..., :3], depth_m)
-    for plate in (thin, hair, replace(card_before_wall(0.9), has_alpha=True)):
+    """A card near the focus, a hair, a picture with alpha, and a lens that blurs little."""
+    card = card_before_wall(0.9)
+    near_focus = card_before_wall(0.9, card_m=FOCUS_M / 0.96)
+    is_hair = np.tile(np.arange(WIDTH) // 2 == EDGE // 2, (HEIGHT, 1))
+    depth_m = np.where(is_hair, FOCUS_M / 0.88, FAR_M).astype(np.float32)
+    hair = plate_of(card.color[..., :3], depth_m)
+    for plate in (near_focus, hair, replace(card, has_alpha=True)):
         assert np.array_equal(render_plate(renderer, plate, parts=7), render_plate(renderer, plate))
-    small = COC_PX * GUESSED_FROM_PX / 18 * 0.9
-    plate = card_before_wall(0.9)
-    assert np.array_equal(
-        render_plate(renderer, plate, small, parts=7), render_plate(renderer, plate, small)
+    least_coc_px = COC_PX * GUESSED_FROM_PX / 18  # of the wall, from which on the card is guessed
+    layers, guess = (
+        render_plate(renderer, card, 0.9 * least_coc_px, parts=parts) for parts in (1, 7)
     )
+    assert np.array_equal(guess, layers)
 
 
 def test_cuts_behind_are_the_gaps_behind_the_focus():

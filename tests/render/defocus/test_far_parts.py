@@ -255,7 +255,7 @@ def test_tiles_near_blocks_are_those_within_margin():
 
 
 def test_views_of_near_tiles_give_same_light_as_whole_views(ctx, renderer, monkeypatch):
-    """Views of the whole picture give the same light."""
+    """Without the choice of tiles, every view is a view of the whole picture."""
     plate = card_before_wall(hidden_stripe())
     near = render_plate(renderer, plate, parts=7)
 

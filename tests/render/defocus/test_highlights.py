@@ -165,17 +165,17 @@ def test_least_coc_of_tiles_does_not_change_occlusion(
 def test_gpu_lists_same_highlights_as_software(
     ctx: Device, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its invocations work on all levels of merging at once; the list is in the picture's order."""
+    """A GPU merges all levels at once; it lists lamps in the order of the picture too."""
     places = rng.integers(0, 160, (40, 2))
     color = dark_picture_with_lamps((160, 160), {(int(y), int(x)): 60.0 for y, x in places})
     coc = np.linspace(-30.0, 30.0, 160, dtype=np.float32) * np.ones((160, 1), np.float32)
-    one_by_one = RenderedLamps(ctx, color, coc)
+    software = RenderedLamps(ctx, color, coc)
     monkeypatch.setattr("heatlens.render.defocus.highlight_pass.is_software", lambda _: False)
-    at_once = RenderedLamps(ctx, color, coc)
-    assert at_once.count == one_by_one.count > 20
-    used = 32 * at_once.count
-    assert at_once.buffers.sprite.read(used) == one_by_one.buffers.sprite.read(used)
-    centres = np.frombuffer(at_once.buffers.sprite.read(used), np.float32).reshape(-1, 8)[:, :2]
+    gpu = RenderedLamps(ctx, color, coc)
+    assert gpu.count == software.count > 20
+    used = 32 * gpu.count
+    assert gpu.buffers.sprite.read(used) == software.buffers.sprite.read(used)
+    centres = np.frombuffer(gpu.buffers.sprite.read(used), np.float32).reshape(-1, 8)[:, :2]
     rows, columns = (centres[:, 1] - 0.01) // 8, (centres[:, 0] - 0.01) // 8
     assert np.all(np.diff(20 * rows + columns) >= 0)
 
@@ -278,8 +278,8 @@ def test_small_highlight_disc_covers_pixels_as_its_coc(
     fine[12 * FINE + 7 : 12 * FINE + 9, 12 * FINE + 7 : 12 * FINE + 9] = 0.25
     expected = pixels_of(defocus_by_fft(fine, coc_px))
     for sign in (1.0, -1.0):
-        astray = np.abs(lamp_disc_at(session_context, sign * coc_px) - expected / expected.sum())
-        assert astray.sum() / 2 < 0.04
+        misplaced = np.abs(lamp_disc_at(session_context, sign * coc_px) - expected / expected.sum())
+        assert misplaced.sum() / 2 < 0.04
 
 
 def test_small_highlight_disc_grows_evenly_with_coc(ctx: Device) -> None:
@@ -289,18 +289,18 @@ def test_small_highlight_disc_grows_evenly_with_coc(ctx: Device) -> None:
     assert bends.max() < 0.04
 
 
-@pytest.mark.parametrize(("coc_px", "most"), [(2.0, 0.1), (4.0, 0.06)])
-def test_small_lamp_is_drawn_at_its_subpixel_position(ctx, rng, coc_px, most) -> None:
+@pytest.mark.parametrize(("coc_px", "error_limit"), [(2.0, 0.1), (4.0, 0.06)])
+def test_small_lamp_is_drawn_at_its_subpixel_position(ctx, rng, coc_px, error_limit) -> None:
     """Compare with the finely sampled lamp; discs at pixel centers have twice the error."""
-    astray = []
+    misplaced = []
     for _ in range(12):
         fine = round_lamp(32, tuple(rng.uniform(15.5, 16.5, 2)), rng.uniform(0.3, 2.5))
         color = np.repeat(pixels_of(fine)[..., None].astype(np.float32), 3, -1)
         lamps = RenderedLamps(ctx, color, np.full((32, 32), coc_px, np.float32))
         drawn = download(lamps.rest)[..., 0] + lamps.drawn[..., 0]
         wrong = np.abs(drawn - pixels_of(defocus_by_fft(fine, coc_px)))
-        astray.append(wrong.sum() / drawn.sum())
-    assert np.mean(astray) < most
+        misplaced.append(wrong.sum() / drawn.sum())
+    assert np.mean(misplaced) < error_limit
 
 
 def test_wall_in_front_hides_only_part_of_highlight_disc(ctx: Device) -> None:

@@ -61,8 +61,8 @@ def plate(rng: np.random.Generator) -> Plate:
     color = rng.random((*shape, 4), np.float32)
     coc = 30.0 * rng.random(shape, np.float32) ** 2
     known = np.round(rng.random(shape)).astype(np.float32)
-    for place in island_slices():  # nothing flows over an end, be it of an island or of a picture
-        coc[place][[0, -1]], coc[place][:, [0, -1]] = 0.0, 0.0
+    for island in island_slices():  # no light crosses the border of an island
+        coc[island][[0, -1]], coc[island][:, [0, -1]] = 0.0, 0.0
     for values in (color, coc, known):
         values[outside] = np.nan
     return Plate(color, coc, known)
@@ -122,8 +122,8 @@ def fill_coc(solver: LineSolver, plate: Plate, mask: TileMask | None) -> FloatAr
 
 def outside_of_islands(picture: FloatArray) -> FloatArray:
     outside = picture.copy()
-    for place in island_slices():
-        outside[place] = UNTOUCHED
+    for island in island_slices():
+        outside[island] = UNTOUCHED
     return outside
 
 
@@ -136,9 +136,9 @@ def test_masked_blur_of_island_equals_blur_of_island_alone(
 ) -> None:
     kernel, tolerance = named_kernel(name), 1e-5 if storage == "f4" else 2e-3
     masked = blur_plate(solver, plate, kernel, storage, mask_of_islands(ctx))
-    for place in island_slices():
-        alone = blur_plate(solver, plate.cut_out(place), kernel, storage, None)
-        np.testing.assert_allclose(masked[place], alone, atol=tolerance)
+    for island in island_slices():
+        alone = blur_plate(solver, plate.cut_out(island), kernel, storage, None)
+        np.testing.assert_allclose(masked[island], alone, atol=tolerance)
     assert np.all(outside_of_islands(masked) == UNTOUCHED)
 
 
@@ -146,9 +146,9 @@ def test_masked_coc_fill_of_island_equals_fill_of_island_alone(
     ctx: Device, solver: LineSolver, plate: Plate
 ) -> None:
     masked = fill_coc(solver, plate, mask_of_islands(ctx))
-    for place in island_slices():
-        alone = fill_coc(solver, plate.cut_out(place), None)
-        np.testing.assert_allclose(masked[place], alone, rtol=1e-4, atol=1e-4)
+    for island in island_slices():
+        alone = fill_coc(solver, plate.cut_out(island), None)
+        np.testing.assert_allclose(masked[island], alone, rtol=1e-4, atol=1e-4)
     assert np.all(outside_of_islands(masked) == UNTOUCHED)
 
 

@@ -34,7 +34,7 @@ rotations = st.sampled_from((0.0, 37.0, -90.0))
 
 
 class ImageOnGpu:
-    """Asks lib/aperture.lib.glsl of an opening with an image."""
+    """The functions of lib/aperture.lib.glsl for an opening with an image."""
 
     def __init__(self, ctx: Device) -> None:
         self._textures = OpeningTextures(ctx)
@@ -42,7 +42,11 @@ class ImageOnGpu:
         self._library = ShaderQuestions(ctx, "lib/aperture.lib.glsl", _QUESTIONS, defines)
 
     def answers(self, disc: DiscShape, questions: Array, place: tuple[float, float]) -> Array:
-        """Return (n, 4): coverage, light and a point for (n, 4)."""
+        """Return coverage, light and a point of the opening (n, 4) for questions (n, 4).
+
+        A question is an offset from the disc (2), its radius and its ramp, all in pixels; `place`
+        is the position of the disc in the picture, in pixels.
+        """
         textures = self._textures.of(disc.aperture)
         return self._library.ask(questions, disc.uniforms | {"place": place}, textures)[:, 0]
 

@@ -56,14 +56,14 @@ def render_in_bands(loaded: FrameRenderer, band_px: int, monkeypatch) -> tuple[n
     runs: dict[str, int] = {}
     dispatch = ComputeProgram.dispatch
 
-    def counted(program: ComputeProgram, *args, **inputs) -> None:
+    def count_and_dispatch(program: ComputeProgram, *args, **inputs) -> None:
         name = PurePath(program.name).name.partition(".")[0]
         runs[name] = runs.get(name, 0) + 1
         dispatch(program, *args, **inputs)
 
     with monkeypatch.context() as patch:
         patch.setattr(pixel_list, "BAND_PX", band_px)
-        patch.setattr(ComputeProgram, "dispatch", counted)
+        patch.setattr(ComputeProgram, "dispatch", count_and_dispatch)
         return download(run_all_steps(loaded.steps(SHOT))), runs
 
 

@@ -21,11 +21,11 @@ from heatlens.media.color.view_transform import (
 from heatlens.render.display import display_pass
 from heatlens.render.display.display_pass import DisplayPass
 from heatlens.render.gpu.device import Device, Texture
-from heatlens.render.gpu.program import ComputeProgram
 from heatlens.render.gpu.shader_source import assemble
 from heatlens.render.gpu.textures import download, new_texture, upload
 from support.cube_config import cube_config
 from support.rounding import tolerance_for
+from support.watched_calls import watch_calls
 
 TOLERANCE = 1e-3
 # PQ is endlessly steep at 0, where two CPU paths of the library itself lie 1.2e-3 apart.
@@ -204,19 +204,13 @@ def test_display_pass_rounds_to_nearest_8_bit_value(ctx, screen):
 
 
 def test_set_transform_reuses_compiled_program(ctx, film, config, monkeypatch):
-    compiled = []
-
-    def counted(*arguments, **keywords):
-        compiled.append(arguments[1])
-        return ComputeProgram(*arguments, **keywords)
-
-    monkeypatch.setattr(display_pass, "ComputeProgram", counted)
+    builds = watch_calls(monkeypatch, display_pass, "ComputeProgram")
     screen = DisplayPass(ctx)
     screen.set_transform(film)
     first = display_values(ctx, screen, RAMP[:2])
     screen.set_transform(srgb_transform())
     screen.set_transform(film)
-    assert len(compiled) == 2
+    assert len(builds) == 2
     np.testing.assert_array_equal(display_values(ctx, screen, RAMP[:2]), first)
     screen.release()
 

@@ -16,6 +16,7 @@ from heatlens.media.plate.plate import Plate
 from heatlens.render.defocus.plate_passes import ProxyPass, proxy_size
 from heatlens.render.frame_renderer import FrameRenderer
 from support.plates import Image, coc_plate_of, lens_blurring, plate_of, room
+from support.watched_calls import watch_calls
 
 LENS = Lens(50.0, 1.4, 2.0, 36.0)
 SETTINGS = [DefocusSettings(b, q) for b in Bokeh for q in (Quality.DRAFT, Quality.FILM)]
@@ -148,13 +149,12 @@ def test_load_refuses_plate_larger_than_a_texture(ctx, renderer):
 
 
 def test_proxy_plate_is_reused_until_proxy_changes(ctx, renderer, monkeypatch):
-    run, sizes = ProxyPass.run, []
-    monkeypatch.setattr(
-        ProxyPass, "run", lambda made, *words: sizes.append(words[3].size) or run(made, *words)
-    )
+    calls = watch_calls(monkeypatch, ProxyPass, "run")
     for number, (proxy, count) in enumerate([(0.5, 1), (0.5, 1), (0.25, 2), (0.25, 2), (0.5, 3)]):
         if not number:
             renderer.load(plate_of(*room()))
         settings = DefocusSettings(Bokeh.HEAT, Quality.DRAFT, proxy=proxy)
         renderer.pixels(Shot(replace(LENS, focus_distance_m=1.0 + number), settings))
-        assert len(sizes) == count and sizes[-1] == proxy_size(room()[1].shape[::-1], proxy)
+        assert len(calls) == count
+        _, _, _, _, out_color, *_ = calls[-1]
+        assert out_color.size == proxy_size(room()[1].shape[::-1], proxy)

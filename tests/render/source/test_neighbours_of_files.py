@@ -18,6 +18,7 @@ from heatlens.media.sequence.sequence_search import find_sequence
 from heatlens.render.source.plate_source import PlateSource
 from support.command_line import stderr_of_run
 from support.dolly_plates import FIRST, LAST, write_dolly
+from support.watched_calls import watch_calls
 
 ALL = range(FIRST, LAST + 1)
 LENS = ("--focal-length", "120", "--sensor-width", "36", "--f-stop", "1.4", "--focus-distance", "9")
@@ -95,20 +96,14 @@ def test_hidden_surfaces_do_not_depend_on_read_order(dolly):
 
 
 def test_neighbour_reader_reads_each_plate_once_within_memory(dolly, monkeypatch):
-    read_names, real_read_plate = [], sequence_reader.read_plate
-
-    def counted(path, options=None):
-        read_names.append(path.name)
-        return real_read_plate(path, options)
-
-    monkeypatch.setattr(sequence_reader, "read_plate", counted)
+    one_plate_bytes = plate_bytes(sequence_reader.read_plate(path_of(dolly, 1)))
+    calls = watch_calls(monkeypatch, sequence_reader, "read_plate")
     plates = NeighbourReader(PlateOptions(), find_sequence(dolly))
     for frame in ALL:
         plates(path_of(dolly, frame))
-    assert sorted(read_names) == sorted(set(read_names))
-    monkeypatch.setattr(
-        sequence_reader, "_SHELF_BYTES", 2 * plate_bytes(real_read_plate(path_of(dolly, 1)))
-    )
+    paths = [path for path, *_ in calls]
+    assert sorted(paths) == sorted(set(paths))
+    monkeypatch.setattr(sequence_reader, "_SHELF_BYTES", 2 * one_plate_bytes)
     small_reader = NeighbourReader(PlateOptions(), find_sequence(dolly))
     for frame in ALL:
         small_reader(path_of(dolly, frame))

@@ -48,7 +48,12 @@ def poll_next_plate(stream):
 def poll_until_idle(stream):
     """Poll until the plate maker is idle, and return the plates that arrived."""
     results = [stream.poll()]
-    until(lambda: results.append(stream.poll()) or not stream._plate_maker.is_busy)
+
+    def is_idle():
+        results.append(stream.poll())
+        return not stream._plate_maker.is_busy
+
+    until(is_idle)
     return [plate for plate in results if plate is not None]
 
 

@@ -26,6 +26,7 @@ from support.dask_cluster import children_of, dask_cluster, wait_for
 from support.evening import run_loop_once, run_until, run_until_settled
 from support.sequences import FIRST, sequence_files
 from support.session_files import HEIGHT, QUICK, WIDTH, room_file, scene_shot
+from support.watched_calls import watch_calls
 
 LAST = FIRST + 5
 FRAMES = frozenset(range(FIRST, LAST + 1))
@@ -121,15 +122,16 @@ def test_changed_lens_recalls_running_frames_and_stores_none_of_them(
     begin, cluster, tmp_path, monkeypatch
 ):
     session = begin(sequence_files(tmp_path, FIRST, LAST), cluster.address)
-    pull, stored, sent = session.time.frames_ahead, [], []
+    pull, stored = session.time.frames_ahead, []
     monkeypatch.setattr(pull.store, "put", lambda key, _: stored.append((key, pull.progress.keys)))
     wait_for_worker(session)
-    ask = pull.cluster._cluster.request_frames
-    monkeypatch.setattr(
-        pull.cluster._cluster,
-        "request_frames",
-        lambda wishes: ask(sent.append([*wishes]) or sent[-1]),
-    )
+    sent, request_frames = [], pull.cluster._cluster.request_frames
+
+    def record_and_request(wishes):
+        sent.append([*wishes])
+        return request_frames(sent[-1])
+
+    monkeypatch.setattr(pull.cluster._cluster, "request_frames", record_and_request)
     for step in range(12):
         session.lens.commands.step_f_stop(1 if step % 2 else -1)
         session.lens.commands.focus(1.5 + step / 10)
@@ -290,12 +292,8 @@ def test_worker_that_dies_with_its_answer_is_not_waited_for(
 @pytest.fixture
 def uploaded(monkeypatch):
     """Count the whole pictures that came from a worker; the first answers are small ones."""
-    found, upload = [], FrameRenderer.upload_steps
-    monkeypatch.setattr(
-        FrameRenderer, "upload_steps", lambda self, *of: found.append(of) or upload(self, *of)
-    )
     monkeypatch.setattr(Speed, "budget_s", 1e-9)
-    return found
+    return watch_calls(monkeypatch, FrameRenderer, "upload_steps")
 
 
 def write_large_still(folder):

@@ -11,10 +11,12 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.coc import coc_line, coc_px, sharp_px
 from heatlens.core.model.units import format_distance
 from heatlens.core.model.view.view import Against, Compare
-from heatlens.render.display.probe import probe_text, read_texels
+from heatlens.render.display.probe import read_texels
 from heatlens.render.gpu.textures import download
+from heatlens.studio.ui import status_bar
 from heatlens.studio.ui.picture.pixel_values import value_words
 from support.session_files import BALL, BALL_M, SKY, WIDTH
+from support.watched_calls import watch_calls
 
 
 def texts(gui, side: int = 0) -> list[list[str]]:
@@ -88,16 +90,13 @@ def test_status_bar_shows_the_sharp_range_for_focus_at_the_pointer(gui):
 
 def test_sharp_range_at_the_pointer_ends_at_acceptable_blur(gui, monkeypatch):
     gui.settled()
-    readings = []
-    monkeypatch.setattr(
-        "heatlens.studio.ui.status_bar.probe_text",
-        lambda read, *told: readings.append(read) or probe_text(read, *told),
-    )
+    calls = watch_calls(monkeypatch, status_bar, "probe_text")
     gui.screen.status.words(BALL)
+    reading, *_ = calls[0]
     lens = gui.session.facts.lens
-    line = coc_line(replace(lens, focus_distance_m=readings[0].depth_m), WIDTH)
-    assert readings[0].depth_m == pytest.approx(BALL_M, rel=1e-3)
-    near, far = coc_px(np.array(readings[0].sharp_m), line)
+    line = coc_line(replace(lens, focus_distance_m=reading.depth_m), WIDTH)
+    assert reading.depth_m == pytest.approx(BALL_M, rel=1e-3)
+    near, far = coc_px(np.array(reading.sharp_m), line)
     assert (-near, far) == pytest.approx((sharp_px(lens, WIDTH),) * 2, rel=1e-6)
 
 

@@ -33,17 +33,17 @@ def gui(gui):
 
 
 @pytest.fixture
-def asked(gui, monkeypatch) -> list[Method]:
+def methods_of_b(gui, monkeypatch) -> list[Method]:
     """Return the method of every picture that is begun for B."""
     found: list[Method] = []
     steps = gui.session.pictures.renderer.steps
 
-    def counted(shot, frame=0, slot=0):
+    def record_method(shot, frame=0, slot=0):
         if slot >= 2:
             found.append(shot.defocus.method)
         return steps(shot, frame, slot)
 
-    monkeypatch.setattr(gui.session.pictures.renderer, "steps", counted)
+    monkeypatch.setattr(gui.session.pictures.renderer, "steps", record_method)
     return found
 
 
@@ -124,7 +124,7 @@ def test_difference_is_black_only_for_the_same_method(gui):
     assert screen_region(gui).max() > 0
 
 
-def test_b_is_not_rendered_while_it_is_not_shown(gui, asked):
+def test_b_is_not_rendered_while_it_is_not_shown(gui, methods_of_b):
     def change_focus() -> None:
         lens = gui.session.facts.lens
         gui.session.editing.edit_lens(replace(lens, focus_distance_m=lens.focus_distance_m * 1.1))
@@ -138,22 +138,22 @@ def test_b_is_not_rendered_while_it_is_not_shown(gui, asked):
     )
     change_focus()
     compare_with_method(gui, gui.session.facts.shot.defocus.method)  # A is it already
-    assert asked == []
+    assert methods_of_b == []
     compare_with_method(gui, Method.GATHER)
-    assert asked and asked[-1] is Method.GATHER
-    asked.clear()
+    assert methods_of_b and methods_of_b[-1] is Method.GATHER
+    methods_of_b.clear()
     gui.session.pictures.view.state = replace(gui.session.facts.view, compare=Compare.OFF)
     change_focus()
-    assert asked == []
+    assert methods_of_b == []
 
 
-def test_whole_b_is_not_rendered_again(gui, asked):
+def test_whole_b_is_not_rendered_again(gui, methods_of_b):
     compare_with_method(gui, Method.GATHER)
-    asked.clear()
+    methods_of_b.clear()
     for _ in range(2):
         gui.key(K.x)
         gui.settled()
-    assert asked == []
+    assert methods_of_b == []
 
 
 # By hand

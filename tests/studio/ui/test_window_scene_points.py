@@ -8,11 +8,11 @@ import pytest
 from heatlens.core.model.focus.coc import coc_line, coc_px
 from heatlens.core.model.marks.marks import PointMark
 from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.textures import download
 from heatlens.render.scene_gpu import scene_plate
 from support.gui import Gui, gui_of
 from support.scene_window import picture_center, reset_scene, wait_for_whole_picture
 from support.session_files import QUICK, write_scene
+from support.watched_calls import watch_calls
 
 RIGHT = 1
 LARGE = (480, 270)
@@ -59,8 +59,7 @@ def drag_right(gui: Gui, by: float) -> None:
 
 
 def test_moving_scene_downloads_no_depth(moving, monkeypatch):
-    downloads: list[object] = []
-    monkeypatch.setattr(scene_plate, "download", lambda tx: downloads.append(tx) or download(tx))
+    downloads = watch_calls(monkeypatch, scene_plate, "download")
     session, plates = moving.session, set()
     session.time.marks.set_point(MIDDLE)
     for step in range(1, 5):
