@@ -102,12 +102,16 @@ def test_ease_limits_influence_and_speed_and_clamps_handles():
         expect_input_error(lambda wrong=wrong: Ease(*wrong), "0 to 100 %")
     for speed in (1.01e9, -1.01e9, math.nan):
         expect_input_error(lambda speed=speed: Ease(50.0, speed), "per frame")
-    assert Ease.of_handle(2.0, 3.0, 8.0) == Ease(25.0, 1.5)
+    assert Ease.of_handle(frames=2.0, rise=3.0, segment_frames=8.0) == Ease(25.0, 1.5)
     assert Ease(25.0, 1.5).handle(8.0) == (2.0, 3.0)
-    assert Ease.of_handle(20.0, 3.0, 8.0).influence_percent == 100.0
-    assert Ease.of_handle(-1.0, 3.0, 8.0) == Ease(0.0) == Ease.of_handle(7.9e-6, 3.0, 8.0)
-    assert Ease.of_handle(1e-5, 1e9, 8.0).speed_per_frame == 1e9
-    assert Ease.of_handle(1e-5, -1e9, 8.0).speed_per_frame == -1e9
+    assert Ease.of_handle(frames=20.0, rise=3.0, segment_frames=8.0).influence_percent == 100.0
+    assert (
+        Ease.of_handle(frames=-1.0, rise=3.0, segment_frames=8.0)
+        == Ease(0.0)
+        == Ease.of_handle(frames=7.9e-6, rise=3.0, segment_frames=8.0)
+    )
+    assert Ease.of_handle(frames=1e-5, rise=1e9, segment_frames=8.0).speed_per_frame == 1e9
+    assert Ease.of_handle(frames=1e-5, rise=-1e9, segment_frames=8.0).speed_per_frame == -1e9
     assert Ease().influence_percent == 100 / 3 and Ease().speed_per_frame == 0.0
     assert (interpolation._HALVINGS, key_reduction._SWEEPS) == (60, 12)
 

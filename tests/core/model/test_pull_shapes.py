@@ -36,10 +36,19 @@ def test_shaped_pull_starts_at_origin_and_ends_at_target(origin, target, frames,
 
 
 def test_linear_pull_is_half_way_at_middle_and_snap_starts_late():
-    linear = shaped_pull(SHOT, 1.0, 4.0, 0, 20, PullShape.LINEAR)
+    linear = shaped_pull(
+        SHOT,
+        from_distance_m=1.0,
+        to_distance_m=4.0,
+        start_frame=0,
+        frames=20,
+        shape=PullShape.LINEAR,
+    )
     assert dioptres(linear, 10) == pytest.approx((1.0 + 0.25) / 2)
     assert dioptres(linear, 5) == pytest.approx(1.0 - 0.75 / 4)
-    snap = shaped_pull(SHOT, 1.0, 4.0, 0, 20, PullShape.SNAP)
+    snap = shaped_pull(
+        SHOT, from_distance_m=1.0, to_distance_m=4.0, start_frame=0, frames=20, shape=PullShape.SNAP
+    )
     assert dioptres(snap, 13) == pytest.approx(1.0) and dioptres(snap, 17) < 0.99
 
 
@@ -75,7 +84,14 @@ def test_reversed_focus_mirrors_pull_and_twice_restores_it(origin, target, frame
 def test_reversed_focus_needs_two_keys_and_held_focus_is_constant():
     with pytest.raises(InputError, match="two keys"):
         reverse_focus(SHOT.with_key(1, FOCUS), FrameRange(1, 9))
-    shot = shaped_pull(SHOT, 1.0, 4.0, 0, 20, PullShape.LINEAR)
+    shot = shaped_pull(
+        SHOT,
+        from_distance_m=1.0,
+        to_distance_m=4.0,
+        start_frame=0,
+        frames=20,
+        shape=PullShape.LINEAR,
+    )
     held_shot = hold_focus(shot, 5)
     assert dioptres(held_shot, 5) == dioptres(held_shot, 19) == pytest.approx(dioptres(shot, 5))
     assert dioptres(held_shot, 20) == pytest.approx(0.25)
@@ -83,7 +99,14 @@ def test_reversed_focus_needs_two_keys_and_held_focus_is_constant():
 
 @pytest.mark.parametrize("target", [50.0, math.inf])
 def test_overshoot_past_infinity_is_clamped_to_infinity(target):
-    shot = shaped_pull(SHOT, 1.0, target, 0, 20, PullShape.OVERSHOOT)
+    shot = shaped_pull(
+        SHOT,
+        from_distance_m=1.0,
+        to_distance_m=target,
+        start_frame=0,
+        frames=20,
+        shape=PullShape.OVERSHOOT,
+    )
     assert shot.lens_at(15).focus_distance_m == math.inf
     assert dioptres(shot, 20) == pytest.approx(1.0 / target)
 

@@ -186,7 +186,14 @@ def job_of(parts: int, joins: bool = False, name: str = "n") -> FarmJob:
     texts = tuple(map(str, range(1, parts + 1)))
     words = (("export",), ("--output=", place, "/n.exr"), ("--part=", FRAMES))
     join_step = Step("Join", words[:-1]) if joins else None
-    return FarmJob(name, (place,), (Step("Export", words, texts),), join_step, Needs(2, 2, 1), ())
+    return FarmJob(
+        name,
+        (place,),
+        (Step("Export", words, texts),),
+        join_step,
+        Needs(memory_gib=2, processors=2, gpus=1),
+        (),
+    )
 
 
 def test_job_template_splits_more_than_1024_tasks_into_steps():

@@ -24,9 +24,9 @@ def test_frame_cache_reads_playhead_first_and_then_frames_ahead():
         sequence_of(range(10)), reader, 100 * PLATE_BYTES, workers=1, on_ready=news
     ) as cache:
         assert set(cache.states().values()) == {"absent"}
-        cache.set_playhead(8, 1, 3)
+        cache.set_playhead(8, direction=1, window=3)
         news.wait_until(lambda: len(frames_in_state(cache.states(), "ready")) == 4)
-        cache.set_playhead(4, -1, 2)
+        cache.set_playhead(4, direction=-1, window=2)
         news.wait_until(lambda: len(frames_in_state(cache.states(), "ready")) == 7)
     assert reader.begun == [8, 9, 0, 1, 4, 3, 2]
 
@@ -36,16 +36,16 @@ def test_frame_cache_want_does_not_wait_for_a_read():
     with FrameCache(
         sequence_of(range(10)), reader, 3 * PLATE_BYTES, workers=2, on_ready=news
     ) as cache:
-        cache.read_and_wait(0, 1, 0)
+        cache.read_and_wait(0, direction=1, window=0)
         reader.gate.clear()
-        cache.set_playhead(3, 1, 3)
+        cache.set_playhead(3, direction=1, window=3)
         news.wait_until(lambda: len(reader.begun) == 3)
         assert cache.get(3) is None
         states = cache.states()
         assert frames_in_state(states, "reading") == [3, 4] and frames_in_state(
             states, "queued"
         ) == [5, 6]
-        cache.set_playhead(7, 1, 0)  # waits for a thread
+        cache.set_playhead(7, direction=1, window=0)  # waits for a thread
         assert frames_in_state(cache.states(), "queued") == [7]
         reader.gate.set()
         news.wait_until(lambda: cache.get(7) is not None)
@@ -58,7 +58,7 @@ def test_frame_cache_drops_frames_behind_for_frames_ahead():
         sequence_of(range(20)), reader, 4 * PLATE_BYTES, workers=1, on_ready=news
     ) as cache:
         for frame in range(20):
-            cache.set_playhead(frame, 1, 2)
+            cache.set_playhead(frame, direction=1, window=2)
             wait_until_idle(cache, news)
             assert {(frame + step) % 20 for step in range(3)} <= set(
                 frames_in_state(cache.states(), "ready")
@@ -70,9 +70,11 @@ def test_frame_cache_drops_frames_behind_for_frames_ahead():
 def test_frame_cache_without_keeps_seen_drops_every_frame_played():
     reader, news = Reader(), ReadyEvent()
     frames = sequence_of(range(20))
-    with FrameCache(frames, reader, 100 * PLATE_BYTES, 1, news, keeps_passed=False) as cache:
+    with FrameCache(
+        frames, reader, budget_bytes=100 * PLATE_BYTES, workers=1, on_ready=news, keeps_passed=False
+    ) as cache:
         for frame in range(18):
-            cache.set_playhead(frame, 1, 2)
+            cache.set_playhead(frame, direction=1, window=2)
             wait_until_idle(cache, news)
             assert set(frames_in_state(cache.states(), "ready")) == {frame, frame + 1, frame + 2}
             assert cache.bytes_in_use == 3 * PLATE_BYTES
@@ -83,13 +85,15 @@ def test_frame_cache_holds_playhead_frame_larger_than_budget():
     reader, news = Reader(pixels=lambda frame: 50 if frame == 3 else 1), ReadyEvent()
     sequence = sequence_of(range(7), {0, 1, 2, 3, 4, 5})
     with FrameCache(sequence, reader, 4 * PLATE_BYTES, on_ready=news) as cache:
-        cache.read_and_wait(2, 1, 0)
-        assert frame_of(cache.read_and_wait(3, 1, 4)) == 3
+        cache.read_and_wait(2, direction=1, window=0)
+        assert frame_of(cache.read_and_wait(3, direction=1, window=4)) == 3
         wait_until_idle(cache, news)
         assert frames_in_state(cache.states(), "ready") == [3]
-        cache.set_playhead(6, -1, 0)  # a frame without a file makes no room of its own
+        cache.set_playhead(
+            6, direction=-1, window=0
+        )  # a frame without a file makes no room of its own
         assert cache.bytes_in_use == 0
-        cache.set_playhead(4, 1, 1)
+        cache.set_playhead(4, direction=1, window=1)
         news.wait_until(lambda: frames_in_state(cache.states(), "ready") == [4, 5])
         assert cache.bytes_in_use <= 4 * PLATE_BYTES
 
@@ -97,7 +101,7 @@ def test_frame_cache_holds_playhead_frame_larger_than_budget():
 def test_frame_cache_does_not_read_or_wait_for_missing_frames():
     reader, news = Reader(), ReadyEvent()
     with FrameCache(sequence_of(range(5), {0, 3}), reader, 9 * PLATE_BYTES, on_ready=news) as cache:
-        assert cache.read_and_wait(1, 1, 4) is None
+        assert cache.read_and_wait(1, direction=1, window=4) is None
         assert cache.read_and_wait(99) is None
         news.wait_until(lambda: frames_in_state(cache.states(), "ready") == [0, 3])
         assert frames_in_state(cache.states(), "missing") == [1, 2, 4]
@@ -108,11 +112,11 @@ def test_frame_cache_reads_damaged_frame_once_and_gives_reason():
     reader = Reader(damaged={2})
     with FrameCache(sequence_of(range(4)), reader, 9 * PLATE_BYTES) as cache:
         for _ in range(3):
-            assert cache.read_and_wait(2, 1, 0) == Damaged(
+            assert cache.read_and_wait(2, direction=1, window=0) == Damaged(
                 Path("nowhere/a.0002.exr"), cache.get(2).sentence
             )
             assert "is damaged" in cache.get(2).sentence
-            cache.read_and_wait(1, 1, 3)
+            cache.read_and_wait(1, direction=1, window=3)
         assert cache.states()[2] == "damaged"
     assert reader.begun.count(2) == 1
 
@@ -165,7 +169,9 @@ def test_frame_cache_close_does_not_wait_for_reads_and_wakes_waiters():
     reader, news, results = Reader(), ReadyEvent(), []
     reader.gate.clear()
     cache = FrameCache(sequence_of(range(50)), reader, 99 * PLATE_BYTES, workers=3, on_ready=news)
-    waiter = threading.Thread(target=lambda: results.append(cache.read_and_wait(7, 1, 40)))
+    waiter = threading.Thread(
+        target=lambda: results.append(cache.read_and_wait(7, direction=1, window=40))
+    )
     waiter.start()
     news.wait_until(lambda: reader.begun)
     reading = cache_threads()

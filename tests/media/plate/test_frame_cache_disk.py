@@ -47,8 +47,10 @@ def refresh_until(cache, news, predicate):
 
 def test_frame_cache_reads_good_and_damaged_files(shot):
     news = ReadyEvent()
-    with FrameCache(find_sequence(shot), read_plate, 10**6, 2, news) as cache:
-        cache.set_playhead(1001, 1, 9)
+    with FrameCache(
+        find_sequence(shot), read_plate, budget_bytes=10**6, workers=2, on_ready=news
+    ) as cache:
+        cache.set_playhead(1001, direction=1, window=9)
         wait_until_idle(cache, news)
         assert list(cache.states().values()) == [
             *("ready", "ready", "damaged", "missing", "ready", "damaged")
@@ -65,9 +67,11 @@ def test_frame_cache_reads_good_and_damaged_files(shot):
 
 def test_frame_cache_notices_rewritten_added_and_removed_frames(shot):
     news = ReadyEvent()
-    with FrameCache(find_sequence(shot), read_plate, 10**6, 2, news) as cache:
+    with FrameCache(
+        find_sequence(shot), read_plate, budget_bytes=10**6, workers=2, on_ready=news
+    ) as cache:
         for frame in (1001, 1002, 1003, 1006):
-            cache.read_and_wait(frame, 1, 9)
+            cache.read_and_wait(frame, direction=1, window=9)
         unchanged_plate = cache.get(1002)
         write_frame(shot / "shot.1001.exr", 11)
         write_frame(shot / "shot.1003.exr", 3)
@@ -91,8 +95,10 @@ def test_frame_cache_retries_damaged_frame_only_after_change(shot):
         reads.append(path.name)
         return read_plate(path)
 
-    with FrameCache(find_sequence(shot), read, 10**6, 2, news) as cache:
-        cache.read_and_wait(1003, 1, 0)
+    with FrameCache(
+        find_sequence(shot), read, budget_bytes=10**6, workers=2, on_ready=news
+    ) as cache:
+        cache.read_and_wait(1003, direction=1, window=0)
         os.utime(shot / "shot.1001.exr", ns=(1, 1))  # not held: no news
         (shot / "shot.1007.exr").touch()
         refresh_until(cache, news, lambda: cache.sequence.last == 1007)
@@ -113,9 +119,9 @@ def cache_with_depth_files(folder, depth_name, news):
     return FrameCache(
         find_sequence(folder / "rgb.####.exr"),
         SequenceReader(options),
-        10**6,
-        2,
-        news,
+        budget_bytes=10**6,
+        workers=2,
+        on_ready=news,
         files_of=PlateFiles((depth,)),
     )
 
@@ -163,9 +169,11 @@ def test_frame_cache_rereads_every_frame_if_their_shared_depth_file_changes(tmp_
 
 def test_frame_cache_marks_file_removed_during_read_as_missing(shot):
     reader, news = Reader(), ReadyEvent()
-    with FrameCache(find_sequence(shot), reader, 10**6, 2, news) as cache:
+    with FrameCache(
+        find_sequence(shot), reader, budget_bytes=10**6, workers=2, on_ready=news
+    ) as cache:
         reader.gate.clear()
-        cache.set_playhead(1002, 1, 0)
+        cache.set_playhead(1002, direction=1, window=0)
         news.wait_until(lambda: reader.begun)
         (shot / "shot.1002.exr").unlink()
         refresh_until(cache, news, lambda: not cache.sequence.has_file(1002))
@@ -177,8 +185,10 @@ def test_frame_cache_marks_file_removed_during_read_as_missing(shot):
 
 def test_frame_cache_keeps_frames_if_folder_cannot_be_listed(shot, tmp_path_factory):
     news = ReadyEvent()
-    with FrameCache(find_sequence(shot), read_plate, 10**6, 2, news) as cache:
-        cached_plate = cache.read_and_wait(1001, 1, 0)
+    with FrameCache(
+        find_sequence(shot), read_plate, budget_bytes=10**6, workers=2, on_ready=news
+    ) as cache:
+        cached_plate = cache.read_and_wait(1001, direction=1, window=0)
         moved_folder = shot.rename(tmp_path_factory.mktemp("away") / "shot")
         refresh_until(cache, news, lambda: cache.problem is not None)
         assert "cannot be listed" in cache.problem and cache.get(1001) is cached_plate
@@ -190,5 +200,8 @@ def test_frame_cache_keeps_frames_if_folder_cannot_be_listed(shot, tmp_path_fact
 def test_frame_cache_reads_still_as_sequence_of_one(tmp_path):
     write_file(tmp_path / "still.exr", rgb() | {"Z": distances()})
     with FrameCache(find_sequence(tmp_path), read_plate, 10**6) as cache:
-        assert cache.read_and_wait(cache.sequence.first, -1, 30).path == tmp_path / "still.exr"
+        assert (
+            cache.read_and_wait(cache.sequence.first, direction=-1, window=30).path
+            == tmp_path / "still.exr"
+        )
         assert list(cache.states().values()) == ["ready"]

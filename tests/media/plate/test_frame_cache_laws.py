@@ -79,7 +79,9 @@ def assert_consistent(cache, present, damaged):
 @given(budget=st.integers(1, 12), sizes=st.lists(st.integers(1, 15), min_size=14), plays=PLAYS)
 def test_frame_cache_with_frames_of_any_size_settles_within_budget(budget, sizes, plays):
     reader, news = Reader(pixels=lambda frame: sizes[frame]), ReadyEvent()
-    with FrameCache(sequence_of(range(14)), reader, budget * PLATE_BYTES, 2, news) as cache:
+    with FrameCache(
+        sequence_of(range(14)), reader, budget_bytes=budget * PLATE_BYTES, workers=2, on_ready=news
+    ) as cache:
         for frame, direction, window, _ in plays:
             assert frame_of(cache.read_and_wait(frame, direction, window)) == frame
         wait_until_idle(cache, news)

@@ -26,7 +26,9 @@ def ray_lengths(data, display, aspect, focal_length_mm, sensor_width_mm, depth_m
 def test_planar_depth_of_frontal_wall_is_constant(data, aspect):
     display = Box(0, 0, 9, 5)
     radial = ray_lengths(data, display, aspect, 35.0, 36.0, 7.0)
-    planar = planar_depth_m(radial, data, display, aspect, 35.0, 36.0)
+    planar = planar_depth_m(
+        radial, data, display, pixel_aspect_ratio=aspect, focal_length_mm=35.0, sensor_width_mm=36.0
+    )
     assert planar.dtype == np.float32
     np.testing.assert_allclose(planar, 7.0, rtol=1e-6)
 
@@ -34,7 +36,14 @@ def test_planar_depth_of_frontal_wall_is_constant(data, aspect):
 def test_planar_depth_keeps_center_and_infinity():
     radial = np.full((3, 3), 4.0, np.float32)
     radial[0, 0] = np.inf
-    planar = planar_depth_m(radial, Box(0, 0, 3, 3), Box(0, 0, 3, 3), 1.0, 50.0, 36.0)
+    planar = planar_depth_m(
+        radial,
+        Box(0, 0, 3, 3),
+        Box(0, 0, 3, 3),
+        pixel_aspect_ratio=1.0,
+        focal_length_mm=50.0,
+        sensor_width_mm=36.0,
+    )
     assert planar[1, 1] == 4.0 and planar[0, 0] == np.inf
     # A sensor 36 wide in 3 pixels, 50 away: one pixel aside is 12 mm off the axis.
     assert planar[1, 2] == pytest.approx(4 * 50 / (50**2 + 12**2) ** 0.5)

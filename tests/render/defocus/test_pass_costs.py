@@ -23,7 +23,10 @@ def frame_traffic(name: str, work: Work, runs: int) -> Traffic:
 def test_solve_bytes_equals_count_by_hand():
     heat = LineSystem("lib/blur_system.lib.glsl", 1)
     disc = LineSystem("lib/blur_system.lib.glsl", 4, True)
-    heat_rows, disc_rows = AxisReads(4, 16, 0, 16), AxisReads(4, 16, 0, 64)
+    heat_rows, disc_rows = (
+        AxisReads(node=4, source=16, finish=0, written=16),
+        AxisReads(node=4, source=16, finish=0, written=64),
+    )
     # Read coc and colour twice; once in four pixels write s (rgba32f) and t, and read both.
     assert SweepSolver.BLOCK == 4
     assert solve_bytes(SolverName.SWEEP, heat, heat_rows) == 2 * (4 + 16) + 2 * (16 + 4) / 4 + 16

@@ -42,9 +42,8 @@ def save_shot(session, path):
 
 
 def test_title_has_a_star_while_changes_are_unsaved(session, documents, tmp_path):
-    assert (documents.title, documents.shot_name, documents.window_title) == (
-        *("", "", "walls.####.exr"),
-    )
+    assert documents.title == documents.shot_name == ""
+    assert documents.window_title == "walls.####.exr"
     assert not documents.is_saved and not documents.save()
     set_marks(session, MARK)
     assert documents.window_title == "walls.####.exr *"
@@ -230,8 +229,7 @@ def test_unreadable_shot_file_is_reported_and_changes_nothing(session, tmp_path)
 
 
 def test_failed_save_is_reported_and_shot_stays_unsaved(session, documents, tmp_path):
-    folder = tmp_path / "gone"
-    documents.save_as(folder / "a.heatlens.json")
+    documents.save_as(tmp_path / "gone" / "a.heatlens.json")
     run_until(session, lambda: "gone" in session.messages.text, "the refusal")
     assert not documents.is_saved and documents.title.endswith("*")
 
@@ -241,19 +239,17 @@ def test_opened_shot_begins_at_its_in_point(session, tmp_path):
     session.time.timeline.set_in()
     path = tmp_path / "a.heatlens.json"
     save_shot(session, path)
-    second_session = begin_session(tmp_path / "others", str(path))
-    run_until_settled(second_session)
-    editing = second_session.editing
-    assert editing.frame == FIRST + 5 and editing.shot.in_out.first == FIRST + 5
-    second_session.close()
+    other = begin_session(tmp_path / "others", str(path))
+    run_until_settled(other)
+    assert other.editing.frame == FIRST + 5 == other.editing.shot.in_out.first
+    other.close()
 
 
 def test_opening_another_source_begins_an_unnamed_shot(session, documents, tmp_path):
     save_shot(session, tmp_path / "a.heatlens.json")
     session.files.commands.open(str(room_file(tmp_path / "still.exr", 8, 6)))
     run_until(session, lambda: session.editing.shot.source.endswith("still.exr"), "the still")
-    assert documents.path is None and documents.title == ""
-    assert documents.window_title == "still.exr"
+    assert (documents.path, documents.title, documents.window_title) == (None, "", "still.exr")
 
 
 def test_opening_a_saved_shot_restores_its_source_and_frames(session, documents, tmp_path):
