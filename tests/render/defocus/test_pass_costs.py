@@ -24,8 +24,8 @@ def test_solve_bytes_equals_count_by_hand():
     heat = LineSystem("lib/blur_system.lib.glsl", 1)
     disc = LineSystem("lib/blur_system.lib.glsl", 4, True)
     heat_rows, disc_rows = (
-        AxisReads(node=4, source=16, finish=0, written=16),
-        AxisReads(node=4, source=16, finish=0, written=64),
+        AxisReads(conductance=4, source=16, finish=0, solution=16),
+        AxisReads(conductance=4, source=16, finish=0, solution=64),
     )
     # Read coc and colour twice; once in four pixels write s (rgba32f) and t, and read both.
     assert SweepSolver.BLOCK == 4
