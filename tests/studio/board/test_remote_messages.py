@@ -9,8 +9,8 @@ from heatlens.studio.board.board import REMOTE_FIELDS, REQUESTS, Board
 
 
 @pytest.fixture
-def door(walls):
-    return Board(walls)
+def door(session):
+    return Board(session)
 
 
 def test_requests_that_name_a_file_are_not_remote(door):

@@ -17,8 +17,8 @@ OF_PAGES = {"table", "guides", "scale"} | {field.name for field in fields(State)
 
 
 @pytest.fixture
-def board(walls):
-    return Board(walls)
+def board(session):
+    return Board(session)
 
 
 def is_plain(value):

@@ -194,9 +194,9 @@ def test_tilted_or_split_focus_is_set_so_that_the_mark_is_sharp(session, marks, 
     assert abs(expected_m - 2.0) > 0.1
     at_point = focus_offset_of(tilted_lens, (WIDTH, HEIGHT)).dioptres_at(*(x + 0.5 for x in LEFT))
     assert 1 / expected_m + at_point == pytest.approx(1 / 2.0)
-    walls.lens.commands.focus_at(LEFT)
-    assert focus_m(walls) == pytest.approx(expected_m)
-    walls.lens.commands.focus(5.0)
+    session.lens.commands.focus_at(LEFT)
+    assert focus_m(session) == pytest.approx(expected_m)
+    session.lens.commands.focus(5.0)
     marks.focus_on(a)
     assert focus_m(session) == pytest.approx(expected_m)
     assert dict(session.facts.marks_m) == pytest.approx({"A": expected_m, "B": 4.0})
