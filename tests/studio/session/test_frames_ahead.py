@@ -141,10 +141,10 @@ def test_session_loop_lists_no_files_and_keeps_its_frame_order(session, monkeypa
     assert current_thread() not in listing_threads
 
 
-def test_another_source_frees_the_memory_of_frames_ahead(walls, monkeypatch):
+def test_another_source_frees_the_memory_of_frames_ahead(session, monkeypatch):
     unloaded = []
     with monkeypatch.context() as patch:
         filler = SimpleNamespace(unload=lambda: unloaded.append("filler"))
-        patch.setattr(walls.time.frames_ahead, "_filler", filler)
-        walls.time.frames_ahead.restart()
+        patch.setattr(session.time.frames_ahead, "_filler", filler)
+        session.time.frames_ahead.restart()
     assert unloaded == ["filler"]
