@@ -290,5 +290,5 @@ def test_follow_without_an_open_source_only_reports(tmp_path):
         session.close()
 
 
-def test_plates_without_a_camera_in_their_headers_have_no_world(walls, marks):
-    assert walls.source.plate is not None and not marks.has_world
+def test_plates_without_a_camera_in_their_headers_have_no_world(session, marks):
+    assert session.source.plate is not None and not marks.has_world
