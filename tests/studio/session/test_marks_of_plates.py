@@ -6,7 +6,7 @@ import pytest
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.model.curves.interpolation import Interpolation
-from heatlens.core.model.focus.coc import focus_offset_of
+from heatlens.core.model.focus.focus_offset import focus_offset_of
 from heatlens.core.model.marks.marks import DistanceMark, PointMark
 from heatlens.core.model.shot.pull import EASE_PERCENT, PullShape
 from heatlens.media.plate.coc_line import focused_at_pixel
