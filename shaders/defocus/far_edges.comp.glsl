@@ -26,6 +26,12 @@ layout(rg32f) uniform writeonly image2D out_zone_img;
 #define MARGIN_PX 4.0           // added to the reach of an edge
 #define WIDE_PX 5               // width in pixels from which a surface is wide
 #define FULL_FROM 1.25          // multiple of a limit at which a zone has its whole reach
+// In front of the focus a surface is thin or wide by its width as a share of its coc: the views of a fence of thin
+// wires show a pattern of separate wires (FLIP .0528 in layers, .0633 in views).
+#define THIN_SHARE 0.4
+#define WIDE_SHARE 0.8
+#define WIDTH_MOST 40           // pixels; wider surfaces are not measured
+#define SLOPE 0.1               // share of the coc by which it changes from pixel to pixel within a surface
 
 // Weight, 0 to 1, of a value that has passed a limit. It is 0 at the limit itself and rises smoothly, so that no zone
 // appears suddenly while the lens or the focus moves.
@@ -35,7 +41,7 @@ float weight_past(float limit, float value) {
 
 // Degree, 0 to 1, to which two neighbors with the coc `coc` and `other` belong to different surfaces.
 float step_between(float coc, float other, float least_step) {
-    return weight_past(max(least_step, LEAST_STEP_SHARE * part_scale * max(coc, other)), abs(coc - other));
+    return weight_past(max(least_step, LEAST_STEP_SHARE * part_scale * max(abs(coc), abs(other))), abs(coc - other));
 }
 
 // 1 if the surface at a pixel continues for WIDE_PX pixels along a direction, 0 if there is a step before that.
@@ -46,6 +52,30 @@ float width_along(ivec2 at, ivec2 direction, float coc) {
     return wide;
 }
 
+#ifdef ALL_DEPTHS
+// Width in pixels, up to WIDTH_MOST, of the surface at a pixel along a direction.
+float width_px(ivec2 at, ivec2 direction, float coc) {
+    float width = 1.0, inside = 1.0;
+    for (int k = 1; k < WIDTH_MOST; ++k) {
+        float step_px = abs(coc - far_coc_at(at + k * direction)), least_px = max(LEAST_STEP_PX / 2.0, SLOPE * abs(coc));
+        inside *= 1.0 - weight_past(least_px, step_px);
+        width += inside;
+    }
+    return width;
+}
+
+// Reach in pixels of the edge between a pixel and the next one along a direction, x for the edge of a wide surface in
+// front of the focus; -1 if there is none.
+vec2 reach_between(ivec2 at, float coc, ivec2 direction) {
+    float other = far_coc_at(at + direction), nearest = min(coc, other);
+    if (nearest >= 0.0) return vec2(-1.0);
+    float reach = weight_past(nearest_px, -nearest) * step_between(coc, other, LEAST_STEP_PX);
+    if (reach <= 0.0) return vec2(-1.0);
+    float width = coc < other ? width_px(at, -direction, coc) : width_px(at + direction, direction, other);
+    reach *= width >= float(WIDTH_MOST) - 0.5 ? 1.0 : smoothstep(THIN_SHARE, WIDE_SHARE, width / -nearest);
+    return vec2(reach * (-nearest / 2.0 + MARGIN_PX), -1.0);
+}
+#else
 // Reach in pixels of the edge between a pixel and the next one along a direction: x as the edge of a wide surface, y
 // as that of a thin one; -1 if there is no edge.
 vec2 reach_between(ivec2 at, float coc, ivec2 direction) {
@@ -57,6 +87,7 @@ vec2 reach_between(ivec2 at, float coc, ivec2 direction) {
     if (thin > 0.0) thin *= 1.0 - min(width_along(at, -direction, coc), width_along(at + direction, direction, other));
     return reach * vec2(1.0 - thin, thin);
 }
+#endif
 
 void main() {
     ivec2 block = ivec2(gl_GlobalInvocationID.xy);
@@ -66,7 +97,9 @@ void main() {
         for (int x = 0; x < FAR_BLOCK; ++x) {
             ivec2 at = block * FAR_BLOCK + ivec2(x, y);
             float coc = far_coc_at(at);
+#ifndef ALL_DEPTHS
             if (coc <= 0.0) continue;
+#endif
             reach = max(reach, reach_between(at, coc, ivec2(1, 0)));
             reach = max(reach, reach_between(at, coc, ivec2(0, 1)));
         }

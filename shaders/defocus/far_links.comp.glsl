@@ -1,5 +1,4 @@
-// Moves every surface behind the focus to its position in the view through one part of the lens, and adds it to the
-// list of the cell that it reaches there. far_view.comp.glsl draws the view from these lists. A surface just behind
+// Moves every surface to its position in the view through one part of the lens, and adds it to the list of the cell that it reaches there. far_view.comp.glsl draws the view from these lists. A surface just behind
 // one that covers the same pixel is hidden from every part, and is left out: together they would look like one surface
 // of their mean color.
 //
@@ -26,6 +25,9 @@ layout(std430) buffer head_block { uint head_buf[]; };
 layout(std430) writeonly buffer link_block { uvec2 link_buf[]; };
 
 #define BEFORE_ALL 1e30  // dioptres nearer than every surface
+// Coc in pixels up to which a surface does not move, and from which it moves wholly.
+#define STILL_PX 0.75
+#define MOVED_PX 2.25
 
 // True if one of the four pixels around a cell is in an active tile.
 bool is_read(ivec2 cell) {
@@ -33,10 +35,19 @@ bool is_read(ivec2 cell) {
     return is_active(low) || is_active(high) || is_active(ivec2(low.x, high.y)) || is_active(ivec2(high.x, low.y));
 }
 
+// The coc by which a surface moves. With ALL_DEPTHS, what is in focus keeps its place, so that it stays as sharp as its pixels.
+float moved_px(float coc) {
+#ifdef ALL_DEPTHS
+    return coc * smoothstep(STILL_PX, MOVED_PX, abs(coc));
+#else
+    return coc;
+#endif
+}
+
 // Adds the surface number `index`, of the pixel `at`, to the list of the cell that it moves to.
 void link(uint index, ivec2 at, float coc) {
     if (coc <= least_px) return;
-    vec2 view_position = vec2(at) + coc * lens_part_at(at, textureSize(coc_tx, 0)).xy;
+    vec2 view_position = vec2(at) + moved_px(coc) * lens_part_at(at, textureSize(coc_tx, 0)).xy;
     ivec2 cell = ivec2(floor(view_position)) + 1, cells = textureSize(coc_tx, 0) + 1;
     if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, cells))) return;
     if (!is_read(cell)) return;

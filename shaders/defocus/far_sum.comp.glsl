@@ -3,6 +3,7 @@
 //
 // Inputs
 //   view_tx   blurred view: rgb times the known share, a the known share
+//   front_tx  ALL_DEPTHS: blurred view of what is in front of the focus, rgb times coverage, a coverage
 //   lib/lens_part.lib.glsl   has the part's share of the light
 //   lib/tile_mask.lib.glsl   the tiles that have a view
 //   is_first  true before the first part: the sum is only set to 0, and no view is added
@@ -18,8 +19,20 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 uniform sampler2D view_tx;
 uniform bool is_first;
+#ifdef ALL_DEPTHS
+uniform sampler2D front_tx;
+#endif
 layout(rgba32f) uniform image2D sum_img;
 layout(std430) writeonly buffer head_block { uint head_buf[]; };
+
+vec4 view_at(ivec2 at) {
+    vec4 view = texelFetch(view_tx, at, 0);
+#ifdef ALL_DEPTHS
+    vec4 front = texelFetch(front_tx, at, 0);
+    view = front + (1.0 - front.a) * view;
+#endif
+    return view;
+}
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row), size = imageSize(sum_img);
@@ -27,6 +40,6 @@ void main() {
     head_buf[at.y * (size.x + 1) + at.x] = 0u;
     if (any(greaterThanEqual(at, size)) || !(is_first || is_active(at))) return;
     vec4 sum = vec4(0.0);
-    if (!is_first) sum = imageLoad(sum_img, at) + lens_part_at(at, size).w * texelFetch(view_tx, at, 0);
+    if (!is_first) sum = imageLoad(sum_img, at) + lens_part_at(at, size).w * view_at(at);
     imageStore(sum_img, at, sum);
 }

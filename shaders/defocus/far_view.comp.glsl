@@ -1,5 +1,6 @@
-// Draws the view through one part of the lens, of what is behind the focus: the surfaces that have moved to each pixel
-// (far_links.comp.glsl) are composited near to far. Surfaces at about the same depth add up to one.
+// Draws the view through one part of the lens: the surfaces that have moved to each pixel (far_links.comp.glsl) are
+// composited near to far. Surfaces at about the same depth add up to one. With ALL_DEPTHS, what is in front of the focus is
+// drawn into a picture of its own, because its blur spreads over what is in focus.
 //
 // A later pass blurs the view with the disc of the part. A moved surface lies between four pixels, and counts in each
 // of them with its bilinear weight. The known share of a pixel is the share that its surfaces cover.
@@ -13,6 +14,8 @@
 //   out_view_img   rgb, a 1; all 0 where nothing is known
 //   out_coc_img    r diameter of the part's disc in pixels: that of the most visible surface, or, where nothing is
 //                  known, of the pixel's own surface
+//   out_front_img        ALL_DEPTHS: rgb times coverage, a coverage of what is in front of the focus
+//   out_front_state_img  ALL_DEPTHS: r diameter of the part's disc there, g coverage
 
 #include "lib/far_fragments.lib.glsl"
 #include "lib/lens_part.lib.glsl"
@@ -25,6 +28,11 @@ layout(std430) readonly buffer head_block { uint head_buf[]; };
 layout(std430) readonly buffer link_block { uvec2 link_buf[]; };
 layout(rgba32f) uniform writeonly image2D out_view_img;
 layout(r32f) uniform writeonly image2D out_coc_img;
+#ifdef ALL_DEPTHS
+layout(rgba32f) uniform writeonly image2D out_front_img;
+layout(rg32f) uniform writeonly image2D out_front_state_img;
+uniform float front_px;  // a surface with a smaller coc is in front of the focus
+#endif
 
 #define SURFACES_MAX 24      // surfaces kept for a pixel; if there are more, the nearest
 #define SAME_IF_WHOLE 1.003  // ratio of dioptres up to which surfaces are one, if the first covers the pixel
@@ -82,22 +90,36 @@ void put_behind(inout View view, vec4 surface, float coc) {
     view.largest_share = max(view.largest_share, cover);
 }
 
+const View EMPTY = View(vec4(0.0), 0.0, 0.0);
+View front = EMPTY;  // with ALL_DEPTHS, what is in front of the focus
+
+// Composites a surface behind the view so far, or behind what is in front of the focus so far.
+void put_on_its_side(inout View view, vec4 surface, float coc) {
+#ifdef ALL_DEPTHS
+    if (coc < front_px) {
+        put_behind(front, surface, coc);
+        return;
+    }
+#endif
+    put_behind(view, surface, coc);
+}
+
 // Composites the surfaces of the pixel near to far.
 View composite_surfaces() {
-    View view = View(vec4(0.0), 0.0, 0.0);
+    View view = EMPTY;
     vec4 surface = vec4(0.0);  // the sum of surfaces at about one depth: rgb times share, a share
     float first_coc = 0.0, dioptres = 0.0;  // of the first of these
     for (int k = 0; k < count; ++k) {
         float own_dioptres = dioptres_of(surfaces[k].x);
         float tolerance = surface.a > WHOLE ? SAME_IF_WHOLE : SAME_SURFACE;
         if (surface.a > 0.0 && own_dioptres * tolerance < dioptres) {
-            put_behind(view, surface, first_coc);
+            put_on_its_side(view, surface, first_coc);
             surface = vec4(0.0);
         }
         if (surface.a == 0.0) { first_coc = surfaces[k].x; dioptres = own_dioptres; }
         surface += surfaces[k].y * vec4(surface_number(numbers[k]).color, 1.0);
     }
-    if (surface.a > 0.0) put_behind(view, surface, first_coc);
+    if (surface.a > 0.0) put_on_its_side(view, surface, first_coc);
     return view;
 }
 
@@ -113,5 +135,10 @@ void main() {
     bool is_known = view.light.a > LEAST_KNOWN;
     imageStore(out_view_img, at, is_known ? vec4(view.light.rgb / view.light.a, 1.0) : vec4(0.0));
     float part_scale = lens_part_at(at, textureSize(coc_tx, 0)).z;
-    imageStore(out_coc_img, at, vec4(part_scale * (is_known ? view.coc : max(far_coc_at(at), 0.0))));
+    float coc = is_known ? view.coc : max(far_coc_at(at), 0.0);
+    imageStore(out_coc_img, at, vec4(part_scale * abs(coc)));
+#ifdef ALL_DEPTHS
+    imageStore(out_front_img, at, front.light);
+    imageStore(out_front_state_img, at, vec4(part_scale * abs(front.coc), front.light.a, 0.0, 0.0));
+#endif
 }

@@ -1,5 +1,7 @@
-// The surfaces behind the focus: fragments of lists, and the visible surface of pixels whose list does not begin with
-// it. Both have numbers: first the fragments, then the pixels of the picture.
+// The surfaces that the parts of the lens see: fragments of lists, and the visible surface of pixels whose list does not
+// begin with it. Both have numbers: first the fragments, then the pixels of the picture.
+//
+// With ALL_DEPTHS the views show every surface, and without it only what is behind the focus.
 //
 // Inputs
 //   the fragment lists (lib/fragment_list.lib.glsl)
@@ -10,7 +12,7 @@
 
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
-uniform float least_px;     // a surface with a smaller coc is not behind the focus
+uniform float least_px;     // coc from which the views show a surface
 uniform uint front_first;   // number of the first pixel of the picture: the number of fragments
 
 // The number of the visible surface of a pixel.
@@ -34,7 +36,7 @@ float dioptres_of(float coc) { return max((coc - fragment_line.x) / fragment_lin
 
 #define LEAST_COVER 0.5    // coverage above which a fragment is the first surface of a pixel
 
-// Coc, in pixels, of the first surface behind the focus along the ray of a pixel; -1 for none.
+// Coc, in pixels, of the first surface along the ray of a pixel that the views show; -1 for none.
 float far_coc_at(ivec2 at) {
     at = clamp(at, ivec2(0), textureSize(coc_tx, 0) - 1);
     List list = list_at(at);

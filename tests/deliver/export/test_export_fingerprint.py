@@ -87,3 +87,10 @@ def test_fingerprint_ignores_options_that_affect_no_pixel(missing, force):
     assert fingerprint(replace(PICTURES, options=ExportOptions(is_float=True))) == fingerprint(
         PICTURES
     )
+
+
+def test_fingerprint_depends_on_edition_of_the_blur_unless_nothing_is_blurred(monkeypatch):
+    pinhole = replace(JOB, pinhole=True)
+    before = fingerprint(), fingerprint(pinhole)
+    monkeypatch.setattr("heatlens.deliver.export.plan.BLUR_EDITION", 999)
+    assert fingerprint() != before[0] and fingerprint(pinhole) == before[1]

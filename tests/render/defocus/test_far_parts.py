@@ -177,9 +177,9 @@ def test_parts_change_nothing_without_overlapping_surfaces_behind_focus(ctx, ren
     assert np.array_equal(sharp[HEIGHT // 2, :, 0], row)
 
 
-def test_quality_final_uses_37_parts_unless_parts_are_set(ctx, renderer):
+def test_quality_final_uses_19_parts_unless_parts_are_set(ctx, renderer):
     final, plate = Quality.FINAL, card_before_wall(hidden_stripe())
-    most, few = (render_plate(renderer, plate, parts=parts) for parts in (37, 7))
+    most, few = (render_plate(renderer, plate, parts=parts) for parts in (19, 7))
     assert np.array_equal(render_plate(renderer, plate, quality=final), most)
     assert np.array_equal(render_plate(renderer, plate, quality=final, parts=7), few)
     assert not np.array_equal(most, few)

@@ -17,6 +17,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.shot.settings import BLUR_EDITION
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.guides import NO_GUIDES
 from heatlens.deliver.export.job import ExportJob
@@ -177,6 +178,7 @@ def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> st
             "lens": to_json(lens.without_advice()),
             "framing": _cached_plain(job.shot.framing or Framing()),
             "defocus": None if job.pinhole else _cached_plain(job.shot.defocus),
+            **({} if job.pinhole else {"blur": BLUR_EDITION}),
             **(
                 {"around_and_behind": to_json(job.pinhole_options)}
                 if job.pinhole_options != PinholeOptions()

@@ -5,30 +5,35 @@ the known surfaces, so that they hide each other correctly, and diffused by the 
 part. The mean of all views replaces the layers behind the focus near the edges of such surfaces.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heatlens.core.model.lens.disc_shape import DiscShape
 from heatlens.core.model.shot.settings import LAYERS_MAX, DefocusSettings
 from heatlens.render.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
-from heatlens.render.defocus.far_guess import FAR_PARTS, WORD_BYTES
+from heatlens.render.defocus.far_guess import WORD_BYTES
 from heatlens.render.defocus.far_zones import FarSurfaces, FarZone, FarZones
 from heatlens.render.defocus.kernels import Kernel
 from heatlens.render.defocus.layer_cuts import Cut, LayerCut
+from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.lens_parts import lens_parts
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.pixel_list import PixelBands
 from heatlens.render.defocus.quality import parts_for
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
-from heatlens.render.gpu.device import Buffer, Device, Texture, TextureArray
+from heatlens.render.gpu.device import Buffer, Device, StorageBuffer, Texture, TextureArray
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
 FAR_FROM_PX = 1.5  # coc, in pixels at full size, from which a surface belongs to the far field
 _SOFTNESS = 0.2  # half width of the transition at that cut, as a share of its coc
 _LINK_BYTES = 8  # bytes for each surface in far_links.comp.glsl
+# The layer in front of the focus, for the fill of its coc.
+_IN_FRONT = LayerCut(Cut(-math.inf, 0.0), Cut(-FAR_FROM_PX, 0.0), is_before_focus=True)
 _NO_PART = np.zeros((1, 4))  # stands for a part in the call that begins the sum
 
 
@@ -81,11 +86,42 @@ class FarField:
 
 
 @dataclass(frozen=True)
+class _FrontMemory:
+    """The memory for what one part of the lens sees in front of the focus.
+
+    view   RGBA, rgb times coverage, a coverage; then the same, blurred
+    state  RG, diameter of the part's disc in pixels and coverage, as that of a `Layer`
+    coc    that diameter, extended beyond the surfaces
+    rows   scratch memory of `CocFillPass`
+    """
+
+    view: Texture
+    state: Texture
+    coc: Texture
+    rows: tuple[Buffer, Buffer]
+
+    @staticmethod
+    def of(size: tuple[int, int], scratch: Scratch) -> "_FrontMemory":
+        """Return the memory for a view of the size of the picture."""
+        row_bytes = CocFillPass.rows_bytes(size)
+        return _FrontMemory(
+            scratch.texture("front view", size, 4),
+            scratch.texture("front state", size, 2),
+            scratch.texture("front coc", size, 1),
+            (
+                scratch.buffer("front fill diameters", row_bytes),
+                scratch.buffer("front fill weights", row_bytes),
+            ),
+        )
+
+
+@dataclass(frozen=True)
 class _ViewMemory:
     """The memory for the view of one part of the lens, which all parts use in turn.
 
     view   RGBA of the view; then the same, blurred
     coc    diameter of the part's disc at each pixel, in pixels
+    front  what is in front of the focus, if the views show that too
     heads  the last surface in the list of each pixel (far_links.comp.glsl)
     links  for each surface, the previous one of its list
     """
@@ -94,18 +130,53 @@ class _ViewMemory:
     coc: Texture
     heads: Buffer
     links: Buffer
+    front: _FrontMemory | None
 
     @staticmethod
     def of(far_surfaces: FarSurfaces, scratch: Scratch) -> "_ViewMemory":
         """Return the memory for a view of the size of the picture."""
-        width, height = far_surfaces.coc.size
+        (width, height), name = far_surfaces.coc.size, far_surfaces.name
         surfaces = far_surfaces.front_first + width * height
         return _ViewMemory(
-            scratch.texture("far view", (width, height), 4),
-            scratch.texture("far coc", (width, height), 1),
-            scratch.buffer("far heads", WORD_BYTES * (width + 1) * (height + 1)),
-            scratch.buffer("far links", _LINK_BYTES * surfaces),
+            scratch.texture(f"{name} view", (width, height), 4),
+            scratch.texture(f"{name} coc", (width, height), 1),
+            scratch.buffer(f"{name} heads", WORD_BYTES * (width + 1) * (height + 1)),
+            scratch.buffer(f"{name} links", _LINK_BYTES * surfaces),
+            _FrontMemory.of((width, height), scratch) if far_surfaces.is_whole else None,
         )
+
+    @property
+    def list_buffers(self) -> dict[str, StorageBuffer]:
+        """The lists of the surfaces that have moved to each cell."""
+        return {"head_block": self.heads, "link_block": self.links}
+
+    @property
+    def drawn_images(self) -> dict[str, Texture]:
+        """The outputs of far_view.comp.glsl."""
+        images = {"out_view_img": self.view, "out_coc_img": self.coc}
+        if self.front is not None:
+            images |= {"out_front_img": self.front.view, "out_front_state_img": self.front.state}
+        return images
+
+    @property
+    def summed_textures(self) -> dict[str, Texture]:
+        """The inputs of far_sum.comp.glsl."""
+        front = {} if self.front is None else {"front_tx": self.front.view}
+        return {"view_tx": self.view} | front
+
+
+@dataclass(frozen=True)
+class _PartBlur:
+    """How the view of a part is blurred: its kernel, the shape of the disc, and scratch memory."""
+
+    kernel: Kernel
+    disc: DiscShape
+    poles: TextureArray
+
+    def of(self, view: Texture, coc: Texture) -> tuple[Diffusion, BlurTargets]:
+        """Return the diffusion of a view in place."""
+        diffusion = Diffusion(view, coc, self.kernel, self.disc.half_extents)
+        return diffusion, BlurTargets(self.poles, view)
 
 
 # Parts of the lens show surfaces of different blur that overlap. Within one layer, such surfaces
@@ -117,19 +188,21 @@ class _ViewMemory:
 class FarPartsPass:
     """Renders the far field in parts, which replaces layers."""
 
-    def __init__(self, ctx: Device, blur: BlurPass) -> None:
+    def __init__(self, ctx: Device, blur: BlurPass, coc_fill: CocFillPass) -> None:
         self._ctx, self._blur, self._bands = ctx, blur, PixelBands(ctx)
+        self._coc_fill = coc_fill
         self._zones = FarZones(ctx)
-        self._programs: dict[tuple[str, bool], ComputeProgram] = {}
+        self._programs: dict[tuple[str, bool, bool], ComputeProgram] = {}
 
-    def _program(self, name: str, positions: int = 1) -> ComputeProgram:
+    def _program(self, name: str, is_whole: bool = False, positions: int = 1) -> ComputeProgram:
         """Return the program far_`name`, which is built when it is first used.
 
         With several `positions`, the part of the lens varies over the picture.
         """
-        key = name, positions > 1
+        key = name, is_whole, positions > 1
         if key not in self._programs:
-            defines = {"PART_VARIES": 1} if positions > 1 else {}
+            defines = {"ALL_DEPTHS": 1} if is_whole else {}
+            defines |= {"PART_VARIES": 1} if positions > 1 else {}
             self._programs[key] = ComputeProgram(
                 self._ctx, f"defocus/far_{name}.comp.glsl", defines
             )
@@ -150,60 +223,81 @@ class FarPartsPass:
         surfaces of different blur overlap nowhere, so that there is no zone.
         """
         zone = self._zones.find(far_surfaces, optics, parts, scratch)
-        yield FAR_PARTS
+        yield far_surfaces.pass_name
         if zone is None:
-            scratch.end_pass(FAR_PARTS)
+            scratch.end_pass(far_surfaces.pass_name)
             return None
         memory = _ViewMemory.of(far_surfaces, scratch)
-        total = scratch.texture("far sum", far_surfaces.coc.size, 4)
-        yield from self._add_view(memory, zone, total, None)  # begins the sum
+        total = scratch.texture(f"{far_surfaces.name} sum", far_surfaces.coc.size, 4)
+        blurring = _PartBlur(kernel, optics.disc, poles)
+        for _ in self._add_view(memory, zone, total, None):  # begins the sum
+            yield far_surfaces.pass_name
         for part in lens_parts(optics.disc, far_surfaces.coc.size, parts):
-            yield from self._render_view(far_surfaces, zone, part, memory)
-            diffusion = Diffusion(memory.view, memory.coc, kernel, optics.disc.half_extents)
-            for _ in self._blur.steps(diffusion, BlurTargets(poles, memory.view), zone.tiles):
-                yield FAR_PARTS
-            yield from self._add_view(memory, zone, total, part)
-        yield scratch.end_pass(FAR_PARTS)
+            for steps in (
+                self._draw_view(far_surfaces, zone, part, memory),
+                self._blur_view(memory, zone, blurring),
+                self._add_view(memory, zone, total, part),
+            ):
+                for _ in steps:
+                    yield far_surfaces.pass_name
+        yield scratch.end_pass(far_surfaces.pass_name)
         return FarField(total, zone)
 
-    def _render_view(
+    def _draw_view(
         self,
         far_surfaces: FarSurfaces,
         zone: FarZone,
         part: NDArray[np.float64],
         memory: _ViewMemory,
-    ) -> Iterator[str]:
+    ) -> Iterator[None]:
         """Write the view of one part of the lens, and the diameters of the discs of that part."""
-        link_buffers = {"head_block": memory.heads, "link_block": memory.links}
-        images = {"out_view_img": memory.view, "out_coc_img": memory.coc}
         uniforms = far_surfaces.uniforms | zone.tiles.uniforms | _part_uniforms(part)
-        for name, out_images in (("links", {}), ("view", images)):
-            yield from _name_steps(
-                self._bands.run(
-                    self._program(name, len(part)),
-                    far_surfaces.coc.size,
-                    uniforms,
-                    textures=far_surfaces.textures,
-                    images=out_images,
-                    buffers=far_surfaces.lists.buffers | zone.buffers | link_buffers,
-                )
+        front_limit = {"front_px": -FAR_FROM_PX} if far_surfaces.is_whole else {}
+        for name, own_uniforms, out_images in (
+            ("links", {}, {}),
+            ("view", front_limit, memory.drawn_images),
+        ):
+            yield from self._bands.run(
+                self._program(name, far_surfaces.is_whole, len(part)),
+                far_surfaces.coc.size,
+                uniforms | own_uniforms,
+                textures=far_surfaces.textures,
+                images=out_images,
+                buffers=far_surfaces.lists.buffers | zone.buffers | memory.list_buffers,
             )
+
+    # What is in front of the focus is blurred as a layer of its own, because its blur spreads over
+    # what is in focus, where the diffusion of one picture would stop.
+    def _blur_view(
+        self, memory: _ViewMemory, zone: FarZone, blurring: "_PartBlur"
+    ) -> Iterator[None]:
+        """Blur the view of one part of the lens by the disc of that part."""
+        yield from self._blur.steps(*blurring.of(memory.view, memory.coc), zone.tiles)
+        if (front := memory.front) is None:
+            return
+        yield from self._coc_fill.steps(
+            front.state,
+            _IN_FRONT,
+            blurring.disc.spreads,
+            front.rows,
+            front.coc,
+            zone.tiles,
+        )
+        yield from self._blur.steps(*blurring.of(front.view, front.coc), zone.tiles)
 
     def _add_view(
         self, memory: _ViewMemory, zone: FarZone, total: Texture, part: NDArray[np.float64] | None
-    ) -> Iterator[str]:
+    ) -> Iterator[None]:
         """Add the blurred view of a part to the sum; if `part` is None, begin the sum."""
         width, height = total.size
         positions = _NO_PART if part is None else part
-        return _name_steps(
-            self._bands.run(
-                self._program("sum", len(positions)),
-                (width + 1, height + 1),  # it also empties the lists of the cells between pixels
-                _part_uniforms(positions) | zone.tiles.uniforms | {"is_first": part is None},
-                textures={"view_tx": memory.view},
-                images={"sum_img": total},
-                buffers=zone.buffers | {"head_block": memory.heads},
-            )
+        return self._bands.run(
+            self._program("sum", memory.front is not None, len(positions)),
+            (width + 1, height + 1),  # it also empties the lists of the cells between pixels
+            _part_uniforms(positions) | zone.tiles.uniforms | {"is_first": part is None},
+            textures=memory.summed_textures,
+            images={"sum_img": total},
+            buffers=zone.buffers | {"head_block": memory.heads},
         )
 
     def over(self, field: FarField, out: Texture) -> None:
@@ -231,9 +325,3 @@ def _part_uniforms(part: NDArray[np.float64]) -> dict[str, object]:
     """Return the uniform of lib/lens_part.lib.glsl for a part (positions, 4) of `lens_parts`."""
     positions = [tuple(position) for position in part]
     return {"lens_part": positions if len(positions) > 1 else positions[0]}
-
-
-def _name_steps(steps: Iterator[None]) -> Iterator[str]:
-    """Run the steps and yield the name of the far field for each."""
-    for _ in steps:
-        yield FAR_PARTS

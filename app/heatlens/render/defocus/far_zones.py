@@ -1,12 +1,14 @@
-"""Find where surfaces of different blur overlap behind the focus, for parts of the lens."""
+"""Find where surfaces of different blur overlap, for parts of the lens."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.render.defocus.far_guess import FRAGMENT_BYTES, GUESSED_FROM_PX
+from heatlens.render.defocus.far_guess import FAR_PARTS, FRAGMENT_BYTES, GUESSED_FROM_PX
 from heatlens.render.defocus.listed_fragments import ListedFragments
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.quality import GUESSED_PARTS
@@ -22,29 +24,56 @@ _FEATHER_PX = 2 * FAR_BLOCK  # far_over.comp.glsl uses the parts so far beyond a
 # surfaces better: a guess is worth less, and knows nothing of what a thin surface hides.
 _KNOWN_EDGES: dict[str, object] = {"nearest_px": 0.0, "thin_coc_px": 4.5}
 _GUESSED_EDGES: dict[str, object] = {"nearest_px": GUESSED_FROM_PX, "thin_coc_px": 16.0}
+FRONT_FROM_PX = 4.0  # least coc of a wide surface in front of the focus whose edge makes a zone
+WHOLE_PARTS = "whole parts"  # name of the step for views of all surfaces
+_ALL_PX = -1e30  # smaller than every coc
 
 
 @dataclass(frozen=True)
 class FarSurfaces:
-    """The surfaces behind the focus: those in the picture, and those behind them.
+    """The surfaces that the parts of the lens see: those in the picture, and those behind them.
 
     color       RGBA of the picture without highlights
     coc         signed coc of the picture, pixels
     lists       the surfaces behind those in the picture
-    least_px    coc above which a surface is behind the focus
+    least_px    coc from which a surface is seen; None for all surfaces
     is_guessed  the lists are guessed, not known
     """
 
     color: Texture
     coc: Texture
     lists: ListedFragments
-    least_px: float
+    least_px: float | None
     is_guessed: bool = False
 
     @property
     def front_first(self) -> int:
         """The index of the first pixel of the picture; indices of fragments come before it."""
         return self.lists.packed_lists.words.size // FRAGMENT_BYTES
+
+    @property
+    def is_whole(self) -> bool:
+        """True if all surfaces are seen, and not only those behind the focus."""
+        return self.least_px is None
+
+    @property
+    def name(self) -> str:
+        """The name of the memory of their views."""
+        return "whole" if self.is_whole else "far"
+
+    @property
+    def pass_name(self) -> str:
+        """The name of the pass that draws their views."""
+        return WHOLE_PARTS if self.is_whole else FAR_PARTS
+
+    @property
+    def defines(self) -> dict[str, object]:
+        """The version of the programs."""
+        return {"ALL_DEPTHS": 1} if self.is_whole else {}
+
+    def widest_px(self, optics: Optics) -> float:
+        """Return the largest coc of the surfaces, pixels."""
+        return max(optics.farthest_px, -optics.nearest_px if self.is_whole else 0.0)
 
     @property
     def textures(self) -> dict[str, Texture]:
@@ -55,7 +84,7 @@ class FarSurfaces:
     def uniforms(self) -> dict[str, object]:
         """The uniforms of lib/far_fragments.lib.glsl."""
         own_uniforms: dict[str, object] = {
-            "least_px": self.least_px,
+            "least_px": _ALL_PX if self.least_px is None else self.least_px,
             "front_first": self.front_first,
         }
         return self.lists.uniforms | own_uniforms
@@ -86,7 +115,7 @@ class FarZones:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._built_programs: tuple[ComputeProgram, ComputeProgram, SegmentPass] | None = None
+        self._programs: dict[tuple[str, bool], ComputeProgram] = {}
 
     def find(
         self, far_surfaces: FarSurfaces, optics: Optics, parts: int, scratch: Scratch
@@ -100,12 +129,10 @@ class FarZones:
         in_zone = (excess_px_2[..., 0] > 0.0) & (excess_px_2[..., 1] < FAR_WHOLE_PX_2)
         if not in_zone.any():
             return None
-        radius_px = max(optics.disc.half_extents) * optics.farthest_px / 2
+        radius_px = max(optics.disc.half_extents) * far_surfaces.widest_px(optics) / 2
         margin_px = radius_px * _part_scale(far_surfaces, parts) + _FEATHER_PX
         growth = min(float(excess_px_2[..., 0].max()) / FAR_WHOLE_PX_2, 1.0)
-        return FarZone(
-            blocks, self._find_tiles(in_zone, far_surfaces.coc.size, margin_px, scratch), growth
-        )
+        return FarZone(blocks, self._find_tiles(in_zone, far_surfaces, margin_px, scratch), growth)
 
     # Parts are used in zones only, because for the whole picture they were worse than layers where
     # surfaces do not overlap (a corridor: FLIP .0261, in zones .0174, in layers alone .0167). The
@@ -122,21 +149,22 @@ class FarZones:
         of edges less the squared distance to them, pixels^2; red for wide surfaces, green for thin.
         """
         size = blocks_for(far_surfaces.coc.size, FAR_BLOCK)
-        edges, spread, _ = self._programs()
-        zone, zone_rows = (scratch.texture(name, size, 2) for name in ("far zone", "far zone rows"))
-        edges.dispatch(
+        name = far_surfaces.name
+        zone, zone_rows = (scratch.texture(f"{name} {it}", size, 2) for it in ("zone", "zone rows"))
+        self._program("edges", far_surfaces.defines).dispatch(
             pixel_groups(size),
             textures=far_surfaces.textures,
             images={"out_zone_img": zone},
             buffers=far_surfaces.lists.buffers,
             uniforms=far_surfaces.uniforms
             | {"part_scale": _part_scale(far_surfaces, parts)}
-            | (_GUESSED_EDGES if far_surfaces.is_guessed else _KNOWN_EDGES),
+            | _edge_uniforms(far_surfaces),
         )
-        reach_px = max(optics.disc.half_extents) * optics.farthest_px / 2 + _MARGIN_PX
+        widest_px = -optics.nearest_px if far_surfaces.is_whole else optics.farthest_px
+        reach_px = max(optics.disc.half_extents) * widest_px / 2 + _MARGIN_PX
         reach = {"reach_blocks": min(math.ceil(reach_px / FAR_BLOCK), max(size))}
         for source, target, direction in ((zone, zone_rows, (1, 0)), (zone_rows, zone, (0, 1))):
-            spread.dispatch(
+            self._program("zone").dispatch(
                 pixel_groups(size),
                 textures={"zone_tx": source},
                 images={"out_zone_img": target},
@@ -145,28 +173,35 @@ class FarZones:
         return zone
 
     def _find_tiles(
-        self, in_zone: NDArray[np.bool_], size: tuple[int, int], margin_px: float, scratch: Scratch
+        self,
+        in_zone: NDArray[np.bool_],
+        far_surfaces: FarSurfaces,
+        margin_px: float,
+        scratch: Scratch,
     ) -> TileMask:
-        """Return the tiles of a picture of `size` within `margin_px` of the zones.
+        """Return the tiles of the picture within `margin_px` of the zones.
 
         `in_zone` marks the blocks of FAR_BLOCK x FAR_BLOCK pixels that are in a zone.
         """
-        words = scratch.parts("far tiles", 1, TileMask.bytes_for(size))
+        size, name = far_surfaces.coc.size, far_surfaces.name
+        words = scratch.parts(f"{name} tiles", 1, TileMask.bytes_for(size))
         words.whole.write(tiles_near(in_zone, margin_px).astype(np.uint32).tobytes())
-        segment_memory = scratch.parts("far segments", 2, SegmentPass.bytes_for(size))
-        _, _, segments = self._programs()
-        (mask,) = segments.find([size], words, segment_memory)
+        segment_memory = scratch.parts(f"{name} segments", 2, SegmentPass.bytes_for(size))
+        (mask,) = self._segments.find([size], words, segment_memory)
         return mask
 
-    def _programs(self) -> tuple[ComputeProgram, ComputeProgram, SegmentPass]:
-        """Return the programs, which are built when they are first used."""
-        if self._built_programs is None:
-            edges, spread = (
-                ComputeProgram(self._ctx, f"defocus/far_{name}.comp.glsl")
-                for name in ("edges", "zone")
+    @cached_property
+    def _segments(self) -> SegmentPass:
+        return SegmentPass(self._ctx)
+
+    def _program(self, name: str, defines: Mapping[str, object] | None = None) -> ComputeProgram:
+        """Return a version of the program far_`name`, which is built when it is first used."""
+        key = name, bool(defines)
+        if key not in self._programs:
+            self._programs[key] = ComputeProgram(
+                self._ctx, f"defocus/far_{name}.comp.glsl", defines
             )
-            self._built_programs = edges, spread, SegmentPass(self._ctx)
-        return self._built_programs
+        return self._programs[key]
 
 
 def tiles_near(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]:
@@ -190,6 +225,13 @@ def _near_along(blocks: NDArray[np.bool_], margin: int) -> NDArray[np.bool_]:
         np.clip(first_blocks + offset, 0, len(blocks)) for offset in (-margin, side + margin)
     )
     return np.asarray(counts_before[high] > counts_before[low])
+
+
+def _edge_uniforms(far_surfaces: FarSurfaces) -> dict[str, object]:
+    """Return the limits at which the edges of surfaces make zones."""
+    if far_surfaces.is_whole:
+        return {"nearest_px": FRONT_FROM_PX}
+    return _GUESSED_EDGES if far_surfaces.is_guessed else _KNOWN_EDGES
 
 
 def _part_scale(far_surfaces: FarSurfaces, parts: int) -> float:

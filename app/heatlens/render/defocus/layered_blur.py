@@ -15,7 +15,7 @@ from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.render.defocus.blur_pass import BlurTargets, Diffusion, Over
 from heatlens.render.defocus.cutout_pass import SharpPart
 from heatlens.render.defocus.far_parts import FAR_FROM_PX, FarField, is_in_parts, with_far_cut
-from heatlens.render.defocus.far_zones import FarSurfaces
+from heatlens.render.defocus.far_zones import FRONT_FROM_PX, FarSurfaces
 from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.highlight_pass import (
     HighlightBuffers,
@@ -216,6 +216,7 @@ class LayeredBlur:
             )
             self._passes.far_parts.mix(without_far, fading_far, out)
             yield self._scratch.end_pass("composite")
+        yield from self._add_whole_field(source, optics, settings, out)
         if highlights is not None:
             nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
             draw_inputs = highlights, picture, nearest, optics, out, sharp
@@ -306,6 +307,27 @@ class LayeredBlur:
                 self._scratch,
             )
         )
+
+    def _add_whole_field(
+        self, source: LayeredPicture, optics: Optics, settings: DefocusSettings, out: Texture
+    ) -> Steps[None]:
+        """Replace the layers in `out` by views of parts of the lens around near wide surfaces."""
+        lists, parts = source.lists, parts_for(settings)
+        is_level = optics.line is None or optics.line.focus_offset.is_level
+        if parts == 1 or -optics.nearest_px < FRONT_FROM_PX or not is_level:
+            return
+        if lists is None or lists.is_open or source.sharp is not None:
+            return
+        draft_kernel = kernel_for(replace(settings, quality=Quality.DRAFT))
+        poles = self._passes.poles(
+            self._scratch, "whole poles", source.color.size, kernel_for(settings)
+        )
+        surfaces = FarSurfaces(source.color, source.coc, lists, None)
+        field = yield from self._passes.far_parts.steps(
+            surfaces, optics, parts, draft_kernel, poles, self._scratch
+        )
+        if field is not None:
+            self._passes.far_parts.over(field, out)
 
     def _allocate_split(
         self, size: tuple[int, int], lists: ListedFragments | None

@@ -46,6 +46,7 @@ SHAPES: Variants = (
 _LISTS, _COUNT = without_and_with("LISTS"), without_and_with("COUNT")
 _ON_GPU = {"COUNT": 1, "LEVELS_AT_ONCE": HIGHLIGHT_LEVELS}
 _MATCHED: Variants = ({}, *combine_variants(({"LISTS": 1},), without_and_with("MATCHED")))
+_WHOLE_PARTS: Variants = ({"ALL_DEPTHS": 1}, {"ALL_DEPTHS": 1, "PART_VARIES": 1})
 _BLUR = "lib/blur_system.lib.glsl"
 
 
@@ -196,12 +197,33 @@ PASSES: tuple[Pass, ...] = (
         reads_last=("layer", "behind"),
     ),
     Pass(
+        "whole parts",  # the views of parts of the lens around wide surfaces in front of the focus
+        _comp("far_links", "far_view", "far_sum", variants=_WHOLE_PARTS)
+        | _comp("far_edges", variants=({"ALL_DEPTHS": 1},)),
+        pass_costs.far_parts_bytes,
+        _own_memory("whole sum", "whole zone"),
+        private_memory=_own_memory("front view", "front coc")
+        | {f"whole {name}": f"far {name}" for name in ("heads", "links", "tiles", "segments")}
+        | {"whole zone rows": "far zone rows", "whole view": "layer", "whole coc": "layer coc"}
+        | {"whole poles": "poles", "front state": "layer state"}
+        | {"front fill diameters": "pixel list", "front fill weights": "hidden blocks"},
+    ),
+    Pass(
         "highlights drawn",
         _draw("highlight_draw", combine_variants(SHAPES, _LISTS)),
         pass_costs.highlights_drawn_bytes,
         reads_last=(
             *("alpha plate", "rest", "rest fragments", "around", "highlight plan"),
-            *("far sum", "far zone", "tile mask", "tile list", "line segments", "hidden bits"),
+            *(
+                "far sum",
+                "far zone",
+                "whole sum",
+                "whole zone",
+                "tile mask",
+                "tile list",
+                "line segments",
+                "hidden bits",
+            ),
             *("highlight sprite", "kind", "far", "near", "tile content", "tile nearest"),
         ),
     ),

@@ -53,7 +53,7 @@ class DefocusPasses:
         self.coc_fill = CocFillPass(solver)
         self.blur = BlurPass(solver)
         self.far_guess = FarGuess(ctx)
-        self.far_parts = FarPartsPass(ctx, self.blur)
+        self.far_parts = FarPartsPass(ctx, self.blur, self.coc_fill)
         self.composite = CompositePass(ctx)
         self.cutout = CutoutPass(ctx)
         self.limits = LimitsPass(ctx)

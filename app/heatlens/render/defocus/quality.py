@@ -22,7 +22,7 @@ class _QualityCost:
     disc            name of the kernel of a disc
     gaussian_steps  steps of the kernel of a Gaussian
     layers          largest number of depth layers
-    parts           parts of the lens, for surfaces behind the focus; 1 for layers only
+    parts           parts of the lens, where surfaces overlap; 1 for layers only
     """
 
     disc: str
@@ -44,7 +44,7 @@ def _cost_of(quality: Quality) -> _QualityCost:
         case Quality.FILM:
             return _QualityCost("disc_4", gaussian_steps=5, layers=LAYERS_MAX)
         case Quality.FINAL:
-            return replace(_cost_of(Quality.FILM), parts=PARTS[-1])
+            return replace(_cost_of(Quality.FILM), parts=PARTS[2])
         case _:
             assert_never(quality)
 
@@ -79,7 +79,7 @@ def layers_for(settings: DefocusSettings) -> int:
 
 
 def parts_for(settings: DefocusSettings, is_guessed: bool = False) -> int:
-    """Return into how many parts the lens is cut for surfaces behind the focus.
+    """Return into how many parts the lens is cut where surfaces of different blur overlap.
 
     A number above 1 in the settings overrides that of the quality. For surfaces that are only
     guessed, a quality uses fewer parts.

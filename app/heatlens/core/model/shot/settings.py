@@ -83,6 +83,8 @@ class Method(StrEnum):
 LAYERS_MAX = 7
 VIEWS_MAX = 65536
 PARTS = (1, 7, 19, 37)  # rings around a middle
+# Counts the changes of the blur that changed pictures; an export renders frames of others anew.
+BLUR_EDITION = 2
 PROXY_MIN = 1 / 16
 _ONLY_DIFFUSION = {
     "asked_by": lambda method: method is Method.DIFFUSION,
@@ -99,7 +101,7 @@ class DefocusSettings:
     quality  None: film, and final in an export of plates
     method  only diffusion uses bokeh, quality, layers and parts
     views   lens points of accumulation, or rays of each pixel
-    parts   parts of the lens, for what lies behind the focus
+    parts   parts of the lens, where surfaces of different blur overlap
 
     Raises InputError for a number outside its range.
     """
@@ -158,9 +160,9 @@ class DefocusSettings:
     parts: int = option_field(
         1,
         "parts",
-        "parts of the lens, 1, 7, 19 or 37, that blur the surfaces behind the focus separately: "
-        "they then overlap correctly, but it takes longer (default: for the quality final 37, or 7 "
-        "if the surfaces that they hide are guessed; else 1)",
+        "parts of the lens, 1, 7, 19 or 37, each with its own view where surfaces of different "
+        "blur overlap: these then hide each other correctly, but it takes longer (default: for the "
+        "quality final 19, or 7 if the hidden surfaces are guessed; else 1)",
         metavar="N",
         least=PARTS[0],
         most=PARTS[-1],

@@ -29,7 +29,7 @@ def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettin
     layers = {None: "as quality says"} | {
         number: str(number) for number in _whole_numbers("layers")
     }
-    tip = "Parts of the lens. With more, surfaces behind the focus overlap correctly."
+    tip = "Parts of the lens. With more, known surfaces of different blur overlap correctly."
     return replace(
         settings,
         method=method,

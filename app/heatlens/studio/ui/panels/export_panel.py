@@ -32,9 +32,9 @@ _AT_REST_TIP = (
     "small pictures while something moves are rendered here."
 )
 _QUALITY_TIP = (
-    "Plates are exported at final if nobody names a quality. Where many surfaces behind the focus\n"
-    "are known it takes five times as long as film or more; elsewhere both are the same. Once the\n"
-    "export runs, the time of both is told here."
+    "Plates are exported at final if nobody names a quality. Where many surfaces are\n"
+    "known it takes several times as long as film; elsewhere both are the same. Once the export\n"
+    "runs, the time of both is told here."
 )
 
 
