@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.model.lens.disc_shape import DiscShape
-from heatlens.core.model.shot.settings import LAYERS_MAX, DefocusSettings
+from heatlens.core.model.shot.settings import LAYERS_MAX
 from heatlens.render.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
 from heatlens.render.defocus.far_guess import WORD_BYTES
 from heatlens.render.defocus.far_zones import FarSurfaces, FarZone, FarZones
@@ -23,7 +23,6 @@ from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.lens_parts import lens_parts
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.pixel_list import PixelBands
-from heatlens.render.defocus.quality import parts_for
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.device import Buffer, Device, StorageBuffer, Texture, TextureArray
@@ -35,17 +34,6 @@ _LINK_BYTES = 8  # bytes for each surface in far_links.comp.glsl
 # The layer in front of the focus, for the fill of its coc.
 _IN_FRONT = LayerCut(Cut(-math.inf, 0.0), Cut(-FAR_FROM_PX, 0.0), is_before_focus=True)
 _NO_PART = np.zeros((1, 4))  # stands for a part in the call that begins the sum
-
-
-def is_in_parts(optics: Optics, settings: DefocusSettings) -> bool:
-    """Return whether the far field is to be blurred in parts of the lens, and not in layers.
-
-    That is so if the settings ask for parts, the far field is blurred enough, and the focus plane
-    is level. It also needs known or guessed surfaces, which are not checked here.
-    """
-    is_far = optics.farthest_px > 2 * FAR_FROM_PX * settings.proxy
-    is_level = optics.line is None or optics.line.focus_offset.is_level
-    return parts_for(settings) > 1 and is_far and is_level
 
 
 def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:

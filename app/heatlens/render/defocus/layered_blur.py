@@ -4,18 +4,18 @@
 2. Split the mixed pixels of silhouettes (fragments).
 3. For each layer, in its visible tiles and at the size that its blur allows: blur (`LayerBlur`:
    split it off, fill hidden pixels, extend the coc, diffuse) and composite.
-4. Draw the highlights.
+4. Around wide surfaces before the focus, replace that by views of parts of the lens.
+5. Draw the highlights.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from heatlens.core.model.shot.settings import DefocusSettings, Quality
-from heatlens.render.defocus.blur_pass import BlurTargets, Diffusion, Over
+from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.render.defocus.blur_pass import BlurTargets
 from heatlens.render.defocus.cutout_pass import SharpPart
-from heatlens.render.defocus.far_parts import FAR_FROM_PX, FarField, is_in_parts, with_far_cut
-from heatlens.render.defocus.far_zones import FRONT_FROM_PX, FarSurfaces
+from heatlens.render.defocus.far_parts import FAR_FROM_PX, FarField, with_far_cut
 from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.highlight_pass import (
     HighlightBuffers,
@@ -24,114 +24,20 @@ from heatlens.render.defocus.highlight_pass import (
     WithoutHighlights,
 )
 from heatlens.render.defocus.kernels import Kernel
+from heatlens.render.defocus.layer_blur import LayerBlur
 from heatlens.render.defocus.layer_cuts import LayerCut, layer_cuts
-from heatlens.render.defocus.layer_passes import CocFillPass, HiddenScratch, Layer
 from heatlens.render.defocus.layer_plan import LayerPlan, layer_plans
 from heatlens.render.defocus.listed_fragments import ListedFragments
 from heatlens.render.defocus.optics import Optics
+from heatlens.render.defocus.part_fields import PartFields, SeenSurfaces
 from heatlens.render.defocus.passes import DefocusPasses
 from heatlens.render.defocus.pixel_list import list_bytes
-from heatlens.render.defocus.quality import kernel_for, layers_for, parts_for
+from heatlens.render.defocus.quality import kernel_for, layers_for
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import ONLY, Steps, Turn
 from heatlens.render.defocus.tile_mask import tile_count
-from heatlens.render.defocus.tile_pass import LayerTiles
-from heatlens.render.gpu.device import Buffer, BufferPart, Texture
+from heatlens.render.gpu.device import Texture
 from heatlens.render.gpu.program import blocks_for
-
-
-class LayerBlur:
-    """Blurs layers one after the other, in the same textures."""
-
-    def __init__(self, passes: DefocusPasses, scratch: Scratch) -> None:
-        self._passes = passes
-        self._scratch = scratch
-
-    def steps(
-        self,
-        picture: Fragments,
-        plan: LayerPlan,
-        tiles: LayerTiles,
-        optics: Optics,
-        settings: DefocusSettings,
-        out: Texture,
-    ) -> Steps[Layer]:
-        """Return the layer of `plan`, blurred, in its active `tiles`.
-
-        If the layer is as large as the picture, the blur itself composites it over `out`; otherwise
-        the caller has to.
-        """
-        layer, layer_coc = yield from self._prepare_layer(picture, plan, tiles, optics)
-        is_in_front, rim = plan.cut.is_before_focus, optics.disc.aperture.rim
-        diffusion = Diffusion(
-            layer.color,
-            layer_coc,
-            kernel_for(settings, -rim if is_in_front else rim),
-            optics.disc.half_extents,
-            resampled_px_2=plan.resampled_px_2,
-            shape=optics.disc.scaled(1 / plan.reduction),
-            is_in_front=is_in_front,
-            corner=layer.size,
-        )
-        poles = self._passes.poles(self._scratch, "poles", picture.coc.size, kernel_for(settings))
-        over = Over(out, plan.cut.is_farthest) if plan.reduction == 1 else None
-        blur = self._passes.blur.steps(diffusion, BlurTargets(poles, layer.color, over), layer.mask)
-        yield from self._scratch.run_pass("blur", blur)
-        return layer
-
-    def _prepare_layer(
-        self, picture: Fragments, plan: LayerPlan, tiles: LayerTiles, optics: Optics
-    ) -> Steps[tuple[Layer, Texture]]:
-        """Return a layer with its hidden pixels filled, and its diameters, in the active tiles."""
-        picture_size, scratch = picture.coc.size, self._scratch
-        hidden = scratch.buffer("hidden list", list_bytes(picture_size))
-        color = scratch.texture("layer", picture_size, 4)
-        state = scratch.texture("layer state", picture_size, 2)
-        list_info = (
-            None if picture.lists is None else scratch.texture("known", picture_size, 2, "f2")
-        )
-        layer = Layer(color, state, plan.size(picture_size), tiles.mask, tiles.tile_list, list_info)
-        split = self._passes.split.steps(picture, plan, hidden, layer)
-        yield from self._scratch.run_pass("layer split", split)
-        if not plan.cut.is_nearest:  # nothing hides the nearest layer
-            yield from self._scratch.run_pass(
-                "hidden fill", self._fill_hidden(layer, hidden, plan, picture, tiles.visible_bits)
-            )
-        self._scratch.end_pass("hidden fill")  # frees the memory of the nearest layer too
-        layer_coc = scratch.texture("layer coc", picture_size, 1)
-        row_bytes = CocFillPass.rows_bytes(picture_size)
-        rows = (
-            scratch.buffer("coc fill diameters", row_bytes),
-            scratch.buffer("coc fill weights", row_bytes),
-        )
-        extend = self._passes.coc_fill.steps(
-            state, plan.cut, optics.disc.spreads, rows, layer_coc, layer.mask, layer.size
-        )
-        yield from self._scratch.run_pass("coc fill", extend)
-        return layer, layer_coc
-
-    def _fill_hidden(
-        self,
-        layer: Layer,
-        hidden: Buffer,
-        plan: LayerPlan,
-        picture: Fragments,
-        visible_bits: BufferPart,
-    ) -> Iterator[None]:
-        """Guess the pixels of `layer` in the list `hidden`, in short steps."""
-        picture_size, blocks = picture.coc.size, blocks_for(picture.coc.size, 2)
-        hidden_scratch = HiddenScratch(
-            visible_bits,
-            self._scratch.buffer("hidden blocks", list_bytes(picture_size)),
-            self._scratch.texture("hidden cost", blocks, 4),
-            self._scratch.texture("hidden match", blocks, 4)
-            if picture.lists is not None and not picture.lists.is_exact
-            else None,
-        )
-        reach_px = math.ceil(plan.uncovered_px / plan.reduction)
-        # only a layer in focus, at full size, may hold highlights
-        around = picture.around if plan.is_in_focus and plan.reduction == 1 else None
-        return self._passes.hidden.steps(layer, hidden, hidden_scratch, reach_px, around)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,6 +86,7 @@ class LayeredBlur:
         self._scratch = scratch
         self._report_layers = report_layers
         self._layer = LayerBlur(passes, scratch)
+        self._parts = PartFields(passes, scratch)
 
     def steps(
         self,
@@ -202,7 +109,8 @@ class LayeredBlur:
             color, around = split.rest, split.around
             lists = None if split.lists is None else split.lists.lists_to_diffuse
         source = replace(source, color=color, lists=lists)
-        far = yield from self._far_field(source, optics, settings)
+        surfaces = SeenSurfaces(color, source.coc, lists)
+        far = yield from self._parts.far_field(surfaces, optics, settings, source.may_guess)
         picture = yield from self._split_silhouettes(color, coc, optics, lists, around)
         # While the far field fades in, a picture without it is mixed in: its start must not jump.
         fading_far = far if far is not None and far.zone.growth < 1.0 else None
@@ -216,7 +124,8 @@ class LayeredBlur:
             )
             self._passes.far_parts.mix(without_far, fading_far, out)
             yield self._scratch.end_pass("composite")
-        yield from self._add_whole_field(source, optics, settings, out)
+        if sharp is None:
+            yield from self._parts.replace_around_near_surfaces(surfaces, optics, settings, out)
         if highlights is not None:
             nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
             draw_inputs = highlights, picture, nearest, optics, out, sharp
@@ -273,61 +182,6 @@ class LayeredBlur:
         copy = self._scratch.texture("behind", picture.size, 4)
         self._passes.colors.copy_channels(picture, range(3), copy)
         return copy
-
-    def _far_field(
-        self, source: LayeredPicture, optics: Optics, settings: DefocusSettings
-    ) -> Steps[FarField | None]:
-        """Return the far field, blurred in parts of the lens; None if it is blurred in layers.
-
-        It is blurred in layers if the settings, the lens or the surfaces do not allow parts.
-        """
-        if not is_in_parts(optics, settings):
-            return None
-        least_px, lists = FAR_FROM_PX * settings.proxy, source.lists
-        is_guessed = lists is None and source.may_guess
-        if is_guessed:
-            guess = self._passes.far_guess
-            lists = yield from guess.steps(
-                source.color, source.coc, optics, least_px, self._scratch
-            )
-        if lists is None or lists.is_open:  # parts need a picture without alpha
-            return None
-        draft_kernel = kernel_for(replace(settings, quality=Quality.DRAFT))
-        poles = self._passes.poles(
-            self._scratch, "far poles", source.color.size, kernel_for(settings)
-        )
-        surfaces = FarSurfaces(source.color, source.coc, lists, least_px, is_guessed)
-        return (
-            yield from self._passes.far_parts.steps(
-                surfaces,
-                optics,
-                parts_for(settings, is_guessed),
-                draft_kernel,
-                poles,
-                self._scratch,
-            )
-        )
-
-    def _add_whole_field(
-        self, source: LayeredPicture, optics: Optics, settings: DefocusSettings, out: Texture
-    ) -> Steps[None]:
-        """Replace the layers in `out` by views of parts of the lens around near wide surfaces."""
-        lists, parts = source.lists, parts_for(settings)
-        is_level = optics.line is None or optics.line.focus_offset.is_level
-        if parts == 1 or -optics.nearest_px < FRONT_FROM_PX or not is_level:
-            return
-        if lists is None or lists.is_open or source.sharp is not None:
-            return
-        draft_kernel = kernel_for(replace(settings, quality=Quality.DRAFT))
-        poles = self._passes.poles(
-            self._scratch, "whole poles", source.color.size, kernel_for(settings)
-        )
-        surfaces = FarSurfaces(source.color, source.coc, lists, None)
-        field = yield from self._passes.far_parts.steps(
-            surfaces, optics, parts, draft_kernel, poles, self._scratch
-        )
-        if field is not None:
-            self._passes.far_parts.over(field, out)
 
     def _allocate_split(
         self, size: tuple[int, int], lists: ListedFragments | None

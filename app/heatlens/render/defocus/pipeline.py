@@ -56,6 +56,9 @@ between. The comment below describes what each pass of a film frame does, and wh
 #
 # And once more for the picture:
 #
+# whole parts        lists of known surfaces -> the mean of the views of parts of the lens, of all
+#                    depths, around wide surfaces before the focus. Layers cannot tell which part
+#                    of the lens sees past a near edge. Only for the quality final.
 # highlights drawn   the list of discs -> added over all layers. They come last because a disc is
 #                    hidden by a ray from each point of the lens, which layers cannot tell.
 # limits             the picture of one layer -> light not below 0, which the ripple of a kernel
