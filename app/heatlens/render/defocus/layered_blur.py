@@ -10,7 +10,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.render.defocus.blur_pass import BlurTargets
@@ -96,25 +96,21 @@ class LayeredBlur:
         name: str,
         turn: Turn = ONLY,
     ) -> Steps[Texture]:
-        """Return the blurred picture, RGBA, in the texture called `name`.
-
-        `turn` says how much of all progress this picture stands for.
-        """
+        """Return the blurred picture, RGBA, in the texture called `name`, as `turn` of all work."""
         color, coc, lists, sharp = source.color, source.coc, source.lists, source.sharp
         highlights = around = None
         if source.has_highlights:
             split = self._allocate_split(color.size, lists)
-            inputs = source, kernel_for(settings), optics, split
-            highlights = yield from self._split_highlights(*inputs)
+            kernel = kernel_for(settings)
+            highlights = yield from self._split_highlights(source, kernel, optics, split)
             color, around = split.rest, split.around
             lists = None if split.lists is None else split.lists.lists_to_diffuse
-        source = replace(source, color=color, lists=lists)
-        surfaces = SeenSurfaces(color, source.coc, lists)
+        surfaces = SeenSurfaces(color, coc, lists)
         far = yield from self._parts.far_field(surfaces, optics, settings, source.may_guess)
         picture = yield from self._split_silhouettes(color, coc, optics, lists, around)
         # While the far field fades in, a picture without it is mixed in: its start must not jump.
         fading_far = far if far is not None and far.zone.growth < 1.0 else None
-        first_turn, second_turn = turn.halves if fading_far is not None else (turn, turn)
+        first_turn, second_turn = turn.halves if fading_far else (turn, turn)
         out = yield from self._composite_layers(
             picture, optics, settings, far, sharp, name, first_turn
         )
@@ -128,8 +124,8 @@ class LayeredBlur:
             yield from self._parts.replace_around_near_surfaces(surfaces, optics, settings, out)
         if highlights is not None:
             nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
-            draw_inputs = highlights, picture, nearest, optics, out, sharp
-            steps = self._passes.draw_highlights.steps(*draw_inputs)
+            draw = self._passes.draw_highlights
+            steps = draw.steps(highlights, picture, nearest, optics, out, sharp)
             yield from self._scratch.run_pass("highlights drawn", steps)
         self._scratch.end_pass("highlights drawn")  # without highlights too; no work, so no step
         return out
