@@ -62,6 +62,10 @@ void main() {
     float cover_dioptres = BEFORE_ALL;  // dioptres of the last surface that covers the pixel
     if (!list.has_front) {  // the visible surface is not in the list: it is the pixel itself
         float coc = texelFetch(coc_tx, at, 0).r;
+#ifdef ALL_DEPTHS
+        Fragment mixed = mixed_at(at);
+        if (mixed.cover > 0.0) link(mixed_index(at), at, mixed.coc);
+#endif
         link(front_index(at), at, coc);
         cover_dioptres = dioptres_of(coc);
     }
@@ -70,6 +74,6 @@ void main() {
         float own_dioptres = dioptres_of(fragment.coc);
         if (own_dioptres * SAME_SURFACE >= cover_dioptres) continue;
         link(i, at, fragment.coc);
-        if (fragment.cover > WHOLE) cover_dioptres = own_dioptres;
+        if (fragment.cover > COVERING) cover_dioptres = own_dioptres;
     }
 }

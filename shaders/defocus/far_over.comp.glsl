@@ -14,6 +14,9 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D sum_tx;
 uniform sampler2D zone_tx;
+// Known share from which the views begin to be used, and from which they are used wholly.
+uniform float known_from;
+uniform float known_to;
 layout(rgba32f) uniform image2D out_color_img;
 
 // Share of a block that is in a zone, 0 to 1, from reach^2 - distance^2 of the edges around it.
@@ -39,7 +42,7 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(out_color_img)))) return;
     vec4 sum = texelFetch(sum_tx, at, 0), color = imageLoad(out_color_img, at);
-    float known = clamp(sum.a, 0.0, 1.0), zone_share = zone_at(at) * known;
+    float known = clamp((sum.a - known_from) / (known_to - known_from), 0.0, 1.0), zone_share = zone_at(at) * known;
     vec3 light = max(sum.rgb / max(sum.a, 1e-3), 0.0);
     if (zone_share > 0.0) imageStore(out_color_img, at, vec4(mix(color.rgb, light, zone_share), color.a));
 }

@@ -37,6 +37,7 @@ uniform float front_px;  // a surface with a smaller coc is in front of the focu
 #define SURFACES_MAX 24      // surfaces kept for a pixel; if there are more, the nearest
 #define SAME_IF_WHOLE 1.003  // ratio of dioptres up to which surfaces are one, if the first covers the pixel
 #define GAIN 1.1             // shares of a stretched surface sum to a little less than 1
+#define ALL_PX 1e30            // larger than every coc
 #define LEAST_SHARE 1e-4     // smaller shares of a pixel are ignored
 #define LEAST_KNOWN 0.02     // least known share of a pixel with a view
 
@@ -90,6 +91,16 @@ void put_behind(inout View view, vec4 surface, float coc) {
     view.largest_share = max(view.largest_share, cover);
 }
 
+#ifdef ALL_DEPTHS
+// True if all known surfaces of a pixel are in front of the focus: nothing is known of what they hide. What is far
+// behind moves there from pixels beside it, although a nearer surface, which is not known here, would hide it.
+bool is_hole(ivec2 at) {
+    List list = list_at(at);
+    float last_coc = list.first < list.end ? fragment_of(list.end - 1u).coc : texelFetch(coc_tx, at, 0).r;
+    return last_coc < front_px;
+}
+#endif
+
 const View EMPTY = View(vec4(0.0), 0.0, 0.0);
 View front = EMPTY;  // with ALL_DEPTHS, what is in front of the focus
 
@@ -105,13 +116,17 @@ void put_on_its_side(inout View view, vec4 surface, float coc) {
 }
 
 // Composites the surfaces of the pixel near to far.
-View composite_surfaces() {
+View composite_surfaces(ivec2 at) {
     View view = EMPTY;
     vec4 surface = vec4(0.0);  // the sum of surfaces at about one depth: rgb times share, a share
     float first_coc = 0.0, dioptres = 0.0;  // of the first of these
-    for (int k = 0; k < count; ++k) {
+    float end_coc = ALL_PX;  // surfaces of this coc or more are left out
+#ifdef ALL_DEPTHS
+    if (is_hole(at)) end_coc = front_px;
+#endif
+    for (int k = 0; k < count && surfaces[k].x < end_coc; ++k) {
         float own_dioptres = dioptres_of(surfaces[k].x);
-        float tolerance = surface.a > WHOLE ? SAME_IF_WHOLE : SAME_SURFACE;
+        float tolerance = surface.a > COVERING ? SAME_IF_WHOLE : SAME_SURFACE;
         if (surface.a > 0.0 && own_dioptres * tolerance < dioptres) {
             put_on_its_side(view, surface, first_coc);
             surface = vec4(0.0);
@@ -131,7 +146,7 @@ void main() {
         ivec2 corner = ivec2(k & 1, k >> 1);
         keep_cell(at + corner, equal(corner, ivec2(0)));
     }
-    View view = composite_surfaces();
+    View view = composite_surfaces(at);
     bool is_known = view.light.a > LEAST_KNOWN;
     imageStore(out_view_img, at, is_known ? vec4(view.light.rgb / view.light.a, 1.0) : vec4(0.0));
     float part_scale = lens_part_at(at, textureSize(coc_tx, 0)).z;

@@ -12,7 +12,7 @@ from heatlens.media.plate.behind import with_behind
 from heatlens.media.plate.plate import Plate
 from support.lamps import HALF_ROUNDING
 from support.opening_images import image_of
-from support.plates import FOCUS_M, Image, lens_blurring, plate_of, room
+from support.plates import FAR_M, FOCUS_M, Image, lens_blurring, plate_of, room
 
 HEIGHT, WIDTH = 48, 192
 EDGE = 96  # the first column beside the card
@@ -40,13 +40,17 @@ def rows_plate(color_row: Image, depth_row_m: Image) -> Plate:
     )
 
 
-def card_before_stripe(card_columns: slice = np.s_[:EDGE], wall: float = WALL) -> Plate:
-    """Return a near card that hides a stripe, before a wall in focus; all of them are known."""
+def card_before_stripe(card_columns: slice = np.s_[:EDGE], beside_edge: float = WALL) -> Plate:
+    """Return a near card that hides a stripe, before a wall in focus; all of them are known.
+
+    `beside_edge` is the light of the first column of pixels beside the card.
+    """
     on_card, on_stripe = np.zeros(WIDTH, bool), np.zeros(WIDTH, bool)
     on_card[card_columns], on_stripe[STRIPE_COLUMNS] = True, True
-    second = np.where(on_stripe, STRIPE, wall), np.where(on_stripe, STRIPE_M, FOCUS_M)
+    second = np.where(on_stripe, STRIPE, WALL), np.where(on_stripe, STRIPE_M, FOCUS_M)
     first = np.where(on_card, CARD, second[0]), np.where(on_card, CARD_M, second[1])
-    whole_wall = np.full(WIDTH, wall), np.full(WIDTH, FOCUS_M)
+    first[0][EDGE] = beside_edge if not on_card[EDGE] else CARD
+    whole_wall = np.full(WIDTH, WALL), np.full(WIDTH, FOCUS_M)
     return with_behind(rows_plate(*first), [rows_plate(*second), rows_plate(*whole_wall)])
 
 
@@ -148,3 +152,26 @@ def test_picture_changes_little_while_near_card_leaves_focus(ctx, renderer):
         rows.append(np.array([renderer.pixels(shot)[HEIGHT // 2, :, 0].copy() for shot in shots]))
     layers, views = (np.abs(np.diff(row, axis=0)).max() for row in rows)
     assert views < 1.5 * layers, (views, layers)
+
+
+def test_dark_sky_behind_known_wall_does_not_show_where_wall_is_unknown(ctx, renderer):
+    """Three near surfaces hide the wall from some lists; the lists beside them have the sky."""
+    column = np.arange(WIDTH)
+    on_card, is_unknown = column < EDGE, (column >= EDGE - 10) & (column < EDGE)
+    light, dark = np.full(WIDTH, 0.9), np.zeros(WIDTH)
+    first = light, np.where(on_card, CARD_M, FOCUS_M)
+    second_m = np.where(is_unknown, STRIPE_M, np.where(on_card, FOCUS_M, FAR_M))
+    second = np.where(on_card, light, dark), second_m
+    third = np.where(is_unknown, light, dark), np.where(is_unknown, 1.1 * STRIPE_M, FAR_M)
+    plate = with_behind(rows_plate(*first), [rows_plate(*second), rows_plate(*third)])
+    layers, parts = (render_plate(renderer, plate, parts=count) for count in (1, 19))
+    assert layers.min() > 0.89  # the wall hides the sky
+    assert parts.min() > 0.89
+
+
+def test_mixed_pixels_of_near_edge_leave_no_line_on_wall_in_focus(ctx, renderer):
+    """A pixel at the edge has half of the card's light and the depth of the wall."""
+    plates = card_before_stripe(), card_before_stripe(beside_edge=(CARD + WALL) / 2)
+    sharp, soft = (render_plate(renderer, it, parts=19)[HEIGHT // 2, :, 0] for it in plates)
+    line = np.abs(np.diff(soft - sharp))[EDGE - 4 : EDGE + 5]
+    assert line.max() < 0.1 * (CARD - WALL) / 2, line

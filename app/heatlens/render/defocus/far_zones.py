@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.render.defocus.far_guess import FAR_PARTS, FRAGMENT_BYTES, GUESSED_FROM_PX
+from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.listed_fragments import ListedFragments
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.quality import GUESSED_PARTS
@@ -38,6 +39,7 @@ class FarSurfaces:
     lists       the surfaces behind those in the picture
     least_px    coc from which a surface is seen; None for all surfaces
     is_guessed  the lists are guessed, not known
+    fragments   the pixels of silhouettes taken apart, if all surfaces are seen
     """
 
     color: Texture
@@ -45,6 +47,7 @@ class FarSurfaces:
     lists: ListedFragments
     least_px: float | None
     is_guessed: bool = False
+    fragments: Fragments | None = None
 
     @property
     def front_first(self) -> int:
@@ -78,7 +81,14 @@ class FarSurfaces:
     @property
     def textures(self) -> dict[str, Texture]:
         """The textures of lib/far_fragments.lib.glsl."""
-        return {"color_tx": self.color, "coc_tx": self.coc}
+        own_textures = {"color_tx": self.color, "coc_tx": self.coc}
+        return own_textures if self.fragments is None else self.fragments.textures()
+
+    @property
+    def surface_count(self) -> int:
+        """The number of surfaces; with pixels taken apart, each pixel has two."""
+        width, height = self.coc.size
+        return self.front_first + width * height * (2 if self.is_whole else 1)
 
     @property
     def uniforms(self) -> dict[str, object]:

@@ -121,7 +121,7 @@ class LayeredBlur:
             self._passes.far_parts.mix(without_far, fading_far, out)
             yield self._scratch.end_pass("composite")
         if sharp is None:
-            yield from self._parts.replace_around_near_surfaces(surfaces, optics, settings, out)
+            yield from self._parts.replace_around_near_surfaces(picture, optics, settings, out)
         if highlights is not None:
             nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
             draw = self._passes.draw_highlights

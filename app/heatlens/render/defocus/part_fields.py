@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.render.defocus.far_parts import FAR_FROM_PX, FarField
 from heatlens.render.defocus.far_zones import FRONT_FROM_PX, FarSurfaces
+from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.listed_fragments import ListedFragments
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.passes import DefocusPasses
@@ -57,18 +58,20 @@ class PartFields:
     # drawn over them later. FLIP of a window behind leaves, focused on the window: .0710 in layers,
     # .0435 with views; on a person between them .0848 and .0445.
     def replace_around_near_surfaces(
-        self, seen: SeenSurfaces, optics: Optics, settings: DefocusSettings, out: Texture
+        self, picture: Fragments, optics: Optics, settings: DefocusSettings, out: Texture
     ) -> Steps[None]:
         """Replace `out` by views of parts of the lens around wide surfaces before the focus.
 
         That needs known surfaces: what a near surface hides cannot be guessed well enough.
         """
-        lists = seen.lists
+        lists = picture.lists
         is_near = -optics.nearest_px > FRONT_FROM_PX
         if lists is None or lists.is_open or not (is_near and _can_use_parts(optics, settings)):
             return
         field = yield from self._views(
-            FarSurfaces(seen.color, seen.coc, lists, None), optics, settings
+            FarSurfaces(picture.color, picture.coc, lists, None, fragments=picture),
+            optics,
+            settings,
         )
         if field is not None:
             self._passes.far_parts.over(field, out)
