@@ -25,6 +25,7 @@ from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.view.view import ViewState
+from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.studio.board.board import REMOTE_FIELDS, REQUESTS
 from heatlens.studio.board.commands import named_commands
 from heatlens.studio.session.session import Session
@@ -78,9 +79,9 @@ def _change(rng: random.Random) -> dict[str, object]:
 class PageSession:
     """A shared session that draws for one page, which does not exist."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, screen: ScreenPictures) -> None:
         self.session, self.shared = session, SharedSession()
-        self.loop = HeadlessLoop(session, self.shared, Event())
+        self.loop = HeadlessLoop(session, screen, self.shared, Event())
         self.faults: list[str] = []
         self.refused = 0
         say = session.say_error
@@ -119,8 +120,10 @@ def main() -> None:
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         source = write_plates(Path(folder))
-        session = session_of(Path(folder), headless_renderer(), source=source)
-        page_session = PageSession(session)
+        renderer = headless_renderer()
+        screen = ScreenPictures(renderer.ctx)
+        session = session_of(Path(folder), renderer, screen, source=source)
+        page_session = PageSession(session, screen)
         count = page_session.play(messages(args.messages, args.seed))
         session.close()
     print(f"{count} messages, {page_session.refused} refused in a sentence, 0 faults")

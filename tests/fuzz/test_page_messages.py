@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from page_messages import PageSession, messages
 
+from heatlens.render.display.screen_pictures import ScreenPictures
 from support.evening import run_until_settled, session_of, write_plates
 
 FEW, SEED = 250, 20060107
@@ -11,9 +12,10 @@ FEW, SEED = 250, 20060107
 
 @pytest.fixture
 def page_session(renderer, tmp_path):
-    session = session_of(tmp_path, renderer, source=write_plates(tmp_path))
+    screen = ScreenPictures(renderer.ctx)
+    session = session_of(tmp_path, renderer, screen, source=write_plates(tmp_path))
     run_until_settled(session)
-    yield PageSession(session)
+    yield PageSession(session, screen)
     session.close()
 
 

@@ -57,7 +57,6 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "pictures.picture_view": ("ColorChoice", "PictureView"),
     "pictures.ruler": ("Intrinsics", "Pixel", "Ruler"),
     "playing.cluster_frames": ("ClusterFrames",),
-    "playing.kept_screen": ("KeptFrame", "KeptScreen"),
     "scenes.clip_choice": ("ALL_CLIPS",),
     "scenes.scene_commands": ("CameraDrag", "SceneCommands"),
     "scenes.size_keeping": ("SizeKeeping",),

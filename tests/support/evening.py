@@ -15,6 +15,8 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import Quality
 from heatlens.media.documents.shot_file import autosave_path, read_shot
 from heatlens.media.plate.header.camera_header import lens_attributes
+from heatlens.render.display.front_end import FrontEnd
+from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.shot_store import unnamed_path
@@ -40,10 +42,13 @@ def write_plates(folder: Path) -> str:
     return str(folder / "walls.####.exr")
 
 
-def session_of(folder: Path, renderer: Any = None, **start: Any) -> Session:
+def session_of(
+    folder: Path, renderer: Any = None, screen: ScreenPictures | None = None, **start: Any
+) -> Session:
     """Return a started session with its preferences in `folder`."""
     preferences = Preferences.load(folder / "preferences")
-    session = Session(renderer or FakeRenderer(), Start(**start), preferences=preferences)
+    front_end = FrontEnd(screen=screen, has_window=screen is not None)
+    session = Session(renderer or FakeRenderer(), Start(**start), front_end, preferences)
     session.begin()
     return session
 

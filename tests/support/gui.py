@@ -10,12 +10,15 @@ import numpy as np
 from imgui_bundle import imgui
 
 from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.render.display.front_end import FrontEnd
+from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Device, Framebuffer
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.start import Start
+from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import probe, theme
 from heatlens.studio.ui.screen import Screen
 
@@ -50,14 +53,16 @@ class Gui:
         self._texture = ctx.texture(self.pixels, 4)
         self._target = ctx.framebuffer([self._texture])
         self._corner = ctx.simple_framebuffer((8, 8))  # frames nobody looks at cost no pixels
+        pictures, sharing = ScreenPictures(ctx), Sharing()
         self.session = Session(
             FrameRenderer(ctx),
             start,
+            FrontEnd(screen=pictures, other_holder=sharing.shared.other_holder),
             preferences=preferences,
             frames_folder=frames_folder,
             is_software=is_software(ctx),
         )
-        self.screen = Screen(self.session)
+        self.screen = Screen(self.session, pictures, sharing)
         self.screen.picture.fade.length_s = 0.0  # a picture is there at once
         self.session.begin()
         self.ui = self.screen.ui

@@ -11,6 +11,7 @@ import aiohttp
 import numpy as np
 from PIL import Image
 
+from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.studio.share.address import Address, Role, new_links
 from heatlens.studio.share.client import PROTOCOL_VERSION
 from heatlens.studio.share.headless import HeadlessLoop
@@ -96,10 +97,12 @@ async def wait_for_condition(
         await asyncio.sleep(0.002)
 
 
-def with_session(session, play: Callable[[HeadlessLoop, ShareServer], Awaitable[None]]) -> None:
+def with_session(
+    session, screen: ScreenPictures, play: Callable[[HeadlessLoop, ShareServer], Awaitable[None]]
+) -> None:
     """Share a session, run `play` with its loop and server, and end the sharing."""
     shared = SharedSession()
-    loop, server = HeadlessLoop(session, shared, Event()), start_server(shared)
+    loop, server = HeadlessLoop(session, screen, shared, Event()), start_server(shared)
     try:
         asyncio.run(play(loop, server))
     finally:

@@ -71,16 +71,17 @@ def test_open_ring_without_midi_backend_names_package_to_install(monkeypatch):
         open_ring("midi:fader")
 
 
-def test_pad_input_reads_on_request_and_keeps_values_after_unplugging():
+def test_pad_input_reads_now_and_then_and_keeps_values_after_unplugging():
     now, axes = [0.0], {"axis 1": -0.5}
     with PadInput(lambda: now[0]) as pad:
         assert pad.source_state().sample is None  # nothing is plugged in
-        pad.read = lambda: axes
         now[0] = 0.03
+        pad.poll(lambda: axes)
+        pad.poll(lambda: {"axis 1": 1.0})  # it was read a moment ago
         assert pad.source_state().sample.channels == axes
-        assert pad.source_state().version == 1  # it was read a moment ago
-        pad.read = lambda: None
+        assert pad.source_state().version == 1
         now[0] = 2.0
+        pad.poll(lambda: None)
         assert pad.source_state().is_silent and pad.source_state().sample.channels == axes
         assert 0 < pad.seconds_until_due() <= 0.04
 

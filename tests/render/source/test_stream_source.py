@@ -18,8 +18,8 @@ from support.tev_peers import wait_until as until
 
 
 @contextmanager
-def open_stream():
-    stream = StreamSource("127.0.0.1", 0)
+def open_stream(wake=lambda: None):
+    stream = StreamSource("127.0.0.1", 0, wake)
     try:
         yield stream
     finally:
@@ -58,9 +58,8 @@ def poll_until_idle(stream):
 
 
 def test_stream_delivers_each_frame_once_and_wakes_loop():
-    with open_stream() as stream:
-        wake_calls = []
-        stream.wake = lambda: wake_calls.append(True)
+    wake_calls = []
+    with open_stream(lambda: wake_calls.append(True)) as stream:
         assert stream.poll() is None  # nothing has been sent
         stream.begin(PlateOptions())
         assert stream.should_show and not stream.is_shown

@@ -65,8 +65,7 @@ def test_only_the_first_nine_looks_get_a_shortcut(looks, messages):
     for number in range(6, 11):
         looks.keep()
         assert (f"Ctrl+{number}" in messages[-1]) is (number <= 9)
-    looks.make_still = lambda: "abc"
-    looks.keep()
+    looks.keep("abc")
     assert looks.looks[-1].still == "abc"
 
 

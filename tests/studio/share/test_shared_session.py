@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from heatlens.fronts.commands.main import main
+from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.studio.share.address import Role
 from heatlens.studio.share.picture import Coding, Picture
 from support import share_peers
@@ -20,14 +21,19 @@ PLATE = "assets/still_life.exr"
 
 
 @pytest.fixture(scope="module")
-def session(renderer, tmp_path_factory):
-    new_session = session_of(tmp_path_factory.mktemp("share"), renderer, source=PLATE)
+def screen(renderer):
+    return ScreenPictures(renderer.ctx)
+
+
+@pytest.fixture(scope="module")
+def session(renderer, screen, tmp_path_factory):
+    new_session = session_of(tmp_path_factory.mktemp("share"), renderer, screen, source=PLATE)
     yield new_session
     new_session.close()
 
 
-def play_with_session(session, play):
-    share_peers.with_session(session, play)
+def play_with_session(session, screen, play):
+    share_peers.with_session(session, screen, play)
 
 
 async def wait_for_whole_picture(peer, turn, frames=1):
@@ -38,7 +44,7 @@ async def wait_for_whole_picture(peer, turn, frames=1):
     )
 
 
-def test_shared_picture_at_rest_equals_the_render(session, tmp_path):
+def test_shared_picture_at_rest_equals_the_render(session, screen, tmp_path):
     """The lossless picture has the pixels of `heatlens render` within 1 of 255."""
     words = ["--focus-distance", "2.2", "--f-stop", "1.4"]
     assert main(["render", PLATE, "-o", str(tmp_path / "a.png"), *words]) == 0
@@ -55,10 +61,10 @@ def test_shared_picture_at_rest_equals_the_render(session, tmp_path):
             assert np.abs(it.pixels.astype(int) - expected).max() <= 1
             assert (it.state["title"], it.heads[-1]["type"]) == ("still_life.exr *", "image/png")
 
-    play_with_session(session, play)
+    play_with_session(session, screen, play)
 
 
-def test_peer_tap_focuses_and_drag_is_one_undo_step(session):
+def test_peer_tap_focuses_and_drag_is_one_undo_step(session, screen):
     async def play(loop, server):
         async with connected_peer(server) as it:
             await wait_for_condition(lambda: it.heads, "a picture", loop.turn)
@@ -92,10 +98,10 @@ def test_peer_tap_focuses_and_drag_is_one_undo_step(session):
                 lambda: it.state["lens"]["focus_distance_m"] == tapped, "the undo", loop.turn
             )
 
-    play_with_session(session, play)
+    play_with_session(session, screen, play)
 
 
-def test_peer_gets_the_newest_picture_after_each_acknowledgment(session):
+def test_peer_gets_the_newest_picture_after_each_acknowledgment(session, screen):
     async def play(loop, server):
         async with connected_peer(server) as it:
             it.acknowledges = False
@@ -110,10 +116,10 @@ def test_peer_gets_the_newest_picture_after_each_acknowledgment(session):
             await wait_for_condition(lambda: len(it.heads) == 2, "the newest", loop.turn)
             assert it.heads[1]["picture"] > it.heads[0]["picture"]
 
-    play_with_session(session, play)
+    play_with_session(session, screen, play)
 
 
-def test_stalled_peer_does_not_delay_other_peers(session):
+def test_stalled_peer_does_not_delay_other_peers(session, screen):
     async def play(loop, server):
         async with connected_peer(server, Role.LOOK) as stalled, connected_peer(server) as it:
             stalled.acknowledges = False
@@ -124,10 +130,10 @@ def test_stalled_peer_does_not_delay_other_peers(session):
             assert len(stalled.heads) <= 2
             assert stalled.state["lens"] == it.state["lens"]
 
-    play_with_session(session, play)
+    play_with_session(session, screen, play)
 
 
-def test_no_picture_is_read_from_the_gpu_without_peers(session, monkeypatch):
+def test_no_picture_is_read_from_the_gpu_without_peers(session, screen, monkeypatch):
     async def play(loop, server):
         loop.turn()
         monkeypatch.setattr(loop.board, "json_state", lambda: pytest.fail("nobody looks"))
@@ -137,10 +143,10 @@ def test_no_picture_is_read_from_the_gpu_without_peers(session, monkeypatch):
         async with connected_peer(server) as it:
             await wait_for_whole_picture(it, loop.turn)
 
-    play_with_session(session, play)
+    play_with_session(session, screen, play)
 
 
-def test_reconnected_peer_gets_the_state_of_the_session(session):
+def test_reconnected_peer_gets_the_state_of_the_session(session, screen):
     async def play(loop, server):
         async with connected_peer(server) as it:
             await wait_for_condition(lambda: it.heads, "a picture", loop.turn)
@@ -152,10 +158,10 @@ def test_reconnected_peer_gets_the_state_of_the_session(session):
             await wait_for_whole_picture(again, loop.turn)
             assert again.state["lens"]["focus_distance_m"] == 1.75
 
-    play_with_session(session, play)
+    play_with_session(session, screen, play)
 
 
-def test_peer_keeps_a_look_with_its_still_and_sees_overlays(session):
+def test_peer_keeps_a_look_with_its_still_and_sees_overlays(session, screen):
     async def play(loop, server):
         async with connected_peer(server, width_px=4000) as it:
             await wait_for_whole_picture(it, loop.turn)
@@ -171,10 +177,10 @@ def test_peer_keeps_a_look_with_its_still_and_sees_overlays(session):
             await wait_for_whole_picture(it, loop.turn)
             np.testing.assert_array_equal(it.pixels, plain)
 
-    play_with_session(session, play)
+    play_with_session(session, screen, play)
 
 
-def test_shared_preview_has_the_full_size_during_a_drag(session):
+def test_shared_preview_has_the_full_size_during_a_drag(session, screen):
     """During a drag a small picture is sent with the sharp region of the plate drawn over it."""
 
     async def play(loop, server):
@@ -188,7 +194,7 @@ def test_shared_preview_has_the_full_size_during_a_drag(session):
                 sizes |= {it.pixels.shape} if it.heads else set()
             assert sizes == {(360, 640, 3)}
 
-    play_with_session(session, play)
+    play_with_session(session, screen, play)
 
 
 def test_picture_is_encoded_once_per_size_and_quality(monkeypatch):
@@ -200,7 +206,7 @@ def test_picture_is_encoded_once_per_size_and_quality(monkeypatch):
     assert replace(Coding(20, 80), quality=None) != Coding(20, 80)
 
 
-def test_loop_publishes_the_last_work_before_it_sleeps(session, monkeypatch):
+def test_loop_publishes_the_last_work_before_it_sleeps(session, screen, monkeypatch):
     """Without this, a page that connects during that work gets nothing until the next event."""
 
     async def play(loop, server):
@@ -221,4 +227,4 @@ def test_loop_publishes_the_last_work_before_it_sleeps(session, monkeypatch):
         loop.turn()
         assert draw_calls
 
-    play_with_session(session, play)
+    play_with_session(session, screen, play)

@@ -7,7 +7,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
-from heatlens.studio.session.playing.kept_screen import KeptFrame
+from heatlens.render.rendered_frames.screen_work import KeptFrame
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.ui.timeline.rendered_panel import rendered_words
 from support.gui import Gui, gui_of

@@ -47,10 +47,10 @@ OWN_KEYS_OF_THE_PAGE = """
 def gui(ctx, tmp_path, monkeypatch):
     """Yield a window of heatlens with the new command."""
 
-    def with_the_new_one(session):
+    def with_the_new_one(session, *front_end):
         view = session.pictures.commands
         new = page_command(*(NAME, partial(view.expose, -1), KEY), sheet=SHEET, synonyms=(SYNONYM,))
-        return *named_commands(session), *in_group("View", "exposure", new)
+        return *named_commands(session, *front_end), *in_group("View", "exposure", new)
 
     monkeypatch.setattr(board, "named_commands", with_the_new_one)
     with gui_of(ctx, room_file(tmp_path / "room.exr"), defocus=QUICK) as found:

@@ -106,9 +106,10 @@ _STUCK = """
 import sys
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.start import Start
+from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import window
 window.FrameRenderer = lambda ctx: sys.stdin.read()  # what compiles shaders and takes long
-window.Loop(window.open_window(Preferences().values), Start(""), Preferences())
+window.Loop(window.open_window(Preferences().values), Start(""), Preferences(), Sharing())
 """
 
 

@@ -6,7 +6,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.studio.session.playing.kept_screen import KeptFrame
+from heatlens.render.rendered_frames.screen_work import KeptFrame
 from support.gui import Gui
 from support.sequences import FIRST, LAST, frame_file, sequence_files
 from support.session_files import room_file

@@ -14,6 +14,8 @@ from heatlens.fronts.commands.view import (
     open_session,
     print_links,
 )
+from heatlens.render.display.front_end import FrontEnd
+from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import headless_renderer
 from heatlens.render.gpu.context import is_software
 from heatlens.studio.session.session import Session
@@ -64,25 +66,28 @@ def run(args: argparse.Namespace) -> int:
     use_device(args)
     if not args.plate and args.listen is None:
         args.demo = True
-    return open_session(args, lambda start: _serve(args, start))
+    wake_event = Event()
+    return open_session(args, lambda start: _serve(args, start, wake_event), wake_event.set)
 
 
-def _serve(args: argparse.Namespace, start: Start) -> None:
+def _serve(args: argparse.Namespace, start: Start, wake_event: Event) -> None:
     """Share a session and run it until Ctrl-C; print its links first."""
-    sharing, wake_event = Sharing(given_share_options(args, args.address)), Event()
-    sharing.shared.wake = wake_event.set
+    sharing = Sharing(given_share_options(args, args.address), wake_event.set)
     sharing.begin(print_messages)
     try:
         print_links(sharing)
         renderer = headless_renderer()
+        screen = ScreenPictures(renderer.ctx)
+        front_end = FrontEnd(wake_event.set, screen, has_window=True)
         preferences = Preferences.load(preferences_dir())
         session = Session(
-            *(renderer, start, wake_event.set, preferences, rendered_frames_dir()),
+            *(renderer, start, front_end, preferences, rendered_frames_dir()),
             is_software(renderer.ctx),
         )
         session.begin()
         with StopSignals(wake_event.set) as stops:
-            HeadlessLoop(session, sharing.shared, wake_event).run(lambda: bool(stops.number))
+            loop = HeadlessLoop(session, screen, sharing.shared, wake_event)
+            loop.run(lambda: bool(stops.number))
         session.close()
         stops.raise_if_stopped()
     finally:

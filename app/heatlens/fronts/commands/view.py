@@ -181,45 +181,45 @@ def _open(args: argparse.Namespace) -> int:
     """Open a new window, shared if --share is given; raise NoWindowError without its packages."""
     try:
         with extra("gui").require():
+            from heatlens.studio.ui.open_window import wake_window
             from heatlens.studio.ui.window import run_window
     except MissingPackageError as error:
         raise NoWindowError(f"{error}. `heatlens render` works without.") from error
     if args.share is None:
-        return open_session(args, run_window)
-    sharing = Sharing(given_share_options(args, args.share))
-    sharing.begin(
-        print_messages
-    )  # before the window opens, so that a wrong address is reported at once
+        return open_session(args, run_window, wake_window)
+    sharing = Sharing(given_share_options(args, args.share), wake_window)
+    # before the window opens, so that a wrong address is reported at once
+    sharing.begin(print_messages)
     print_links(sharing)
     try:
-        return open_session(args, lambda start: run_window(start, sharing))
+        return open_session(args, lambda start: run_window(start, sharing), wake_window)
     finally:
         sharing.end()
 
 
-def open_session(args: argparse.Namespace, run_session: Callable[["Start"], None]) -> int:
+def open_session(
+    args: argparse.Namespace, run_session: Callable[["Start"], None], wake: Callable[[], None]
+) -> int:
     """Build the start of a session from the options, and pass it to `run_session`.
 
-    `run_session` returns when the user ends the session.
+    `run_session` returns when the user ends the session; threads call `wake` to make its loop turn.
     """
     from heatlens.studio.session.shot.start import Start
 
     if args.listen is not None:
-        return _open_stream(args, run_session)
+        return _open_stream(args, run_session, wake)
     if args.demo and args.plate:
         raise InputError(f"--demo opens a scene of its own: leave {args.plate} out.")
     if args.plate == "":
         raise InputError("The name of the plate is empty: leave it out to choose in the window.")
     plate = DEMO if args.demo else args.plate or ""  # "": chosen in the window
-    if is_reel(plate):
+    if plate:
         _check_exists(plate)
-    elif is_shot_file(plate):
-        _check_exists(plate)
+    if is_shot_file(plate):
         refuse_options(
             args, ("clip", "first_frame", "fps"), f"{plate} says how its scene is played"
         )
-    elif plate:
-        _check_exists(plate)
+    elif plate and not is_reel(plate):
         refuse_unused_options(args, plate)
     lens = given_lens_fields(args)
     camera = read_checked_camera(args, lens)
@@ -233,9 +233,7 @@ def open_session(args: argparse.Namespace, run_session: Callable[["Start"], None
 
 def _open_lens_input(args: argparse.Namespace) -> AbstractContextManager[RingInput | None]:
     """Listen for the lens of a camera; the port is opened before the window."""
-    if args.lens_in is None:
-        return nullcontext()
-    return open_ring(args.lens_in)
+    return nullcontext() if args.lens_in is None else open_ring(args.lens_in)
 
 
 def _open_lens_output(args: argparse.Namespace) -> AbstractContextManager[LensSender | None]:
@@ -249,7 +247,9 @@ def _open_lens_output(args: argparse.Namespace) -> AbstractContextManager[LensSe
     return LensSender(address)
 
 
-def _open_stream(args: argparse.Namespace, run_session: Callable[["Start"], None]) -> int:
+def _open_stream(
+    args: argparse.Namespace, run_session: Callable[["Start"], None], wake: Callable[[], None]
+) -> int:
     """Run a session on the picture that a renderer sends; the port is opened before the window."""
     from heatlens.render.source.stream_source import StreamSource
     from heatlens.studio.session.shot.start import Start
@@ -260,7 +260,7 @@ def _open_stream(args: argparse.Namespace, run_session: Callable[["Start"], None
         )
     lens, defocus = given_lens_fields(args), settings_of(args)
     camera = read_checked_camera(args, lens)
-    stream = StreamSource(*parse_address(args.listen))
+    stream = StreamSource(*parse_address(args.listen), wake)
     start = Start(stream.text, plate_options(args), lens, defocus, ocio=args.ocio, stream=stream)
     try:
         with _open_lens_output(args) as lens_out, _open_lens_input(args) as lens_in:

@@ -33,12 +33,11 @@ class _StreamPlate:
 class StreamSource:
     """Listens from the start until `close`; the loop calls `poll` and never waits."""
 
-    def __init__(self, host: str, port: int) -> None:
-        """Listen at the address.
+    def __init__(self, host: str, port: int, wake: Callable[[], None] = lambda: None) -> None:
+        """Listen at the address; threads call `wake` when `poll` has news.
 
-        Raises InputError if it is in use, or does not belong to this machine.
+        Raises InputError if the address is in use, or does not belong to this machine.
         """
-        self.wake: Callable[[], None] = lambda: None  # called on threads when `poll` has news
         self.options = PlateOptions()  # how frames are read
         self.should_show = False  # arriving frames should be shown
         self.is_shown = False  # the first of them has arrived
@@ -47,8 +46,8 @@ class StreamSource:
         # the version of the server's images in the newest plate, and how they were read
         self._plate_origin: tuple[int, PlateOptions] | None = None
         self._due_s = 0.0  # time of the monotonic clock before which no plate is made
-        self._plate_maker: Background[_StreamPlate] = Background(lambda: self.wake())
-        self._server = TevServer(host, port, on_news=lambda: self.wake())
+        self._plate_maker: Background[_StreamPlate] = Background(wake)
+        self._server = TevServer(host, port, on_news=wake)
         name, bound_port = self._server.address
         self.address = f"[{name}]:{bound_port}" if ":" in name else f"{name}:{bound_port}"
         self.text = f"{STREAM_PREFIX}{self.address}"

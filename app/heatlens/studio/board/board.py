@@ -9,7 +9,7 @@ them can be written as a JSON object as well:
     {"change": "lens", "f_stop": 2.0, "focal_length_mm": 35}
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -43,10 +43,13 @@ Changeable = Lens | DefocusSettings | ViewState
 class Board:
     """Drives a session for a front end; errors are shown as its message."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(
+        self, session: Session, make_still: Callable[[], str | None] = lambda: None
+    ) -> None:
+        """Create it; `make_still` returns the present picture as a still for a look, or None."""
         self._session = session
         self._keys, problem = read_user_keys(session.preferences.path)
-        self._own = named_commands(session)
+        self._own = named_commands(session, make_still)
         self.commands = self._keyed(self._own)
         if problem:
             session.messages.say(Lasting(problem))

@@ -21,11 +21,14 @@ _DOLLY_ZOOMS: dict[str, Literal["camera", "length"]] = {
 }
 
 
-def named_commands(session: Session) -> tuple[Command, ...]:
-    """Return the commands that need no further values."""
+def named_commands(
+    session: Session, make_still: Callable[[], str | None] = lambda: None
+) -> tuple[Command, ...]:
+    """Return the commands that need no further values; for `make_still` see `Board`."""
     return (
-        *(*_file(session), *_edit(session), *_lens(session), *_play(session), *_keys(session)),
-        *(*_marks(session), *picture_commands(session), *_scene(session)),
+        *(*_file(session), *_edit(session), *_lens(session, make_still)),
+        *(*_play(session), *_keys(session), *_marks(session), *picture_commands(session)),
+        *_scene(session),
     )
 
 
@@ -70,7 +73,7 @@ def _of_history(
     )
 
 
-def _lens(session: Session) -> Iterator[Command]:
+def _lens(session: Session, make_still: Callable[[], str | None]) -> Iterator[Command]:
     lens, looks = session.lens.commands, session.pictures.looks
     yield from in_group(
         *("Lens", "turn"),
@@ -88,7 +91,7 @@ def _lens(session: Session) -> Iterator[Command]:
     )
     yield from in_group(
         *("Lens", "looks"),
-        page_command("Keep this look", looks.keep, "Shift+L"),
+        page_command("Keep this look", lambda: looks.keep(make_still()), "Shift+L"),
         page_command("Back to the lens before", looks.use_previous_lens, "Backspace"),
         *(
             remote_command(

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from heatlens.core.model.keys.key_rows import CAMERA, Row, RowChoice
+from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.rendered_frames.screen_work import ScreenWork
 from heatlens.studio.session.exports.export_commands import ExportCommands
 from heatlens.studio.session.files.file_commands import FileCommands
 from heatlens.studio.session.files.open_reel import OpenReel
@@ -30,9 +32,10 @@ from heatlens.studio.session.pictures.picture_commands import PictureCommands
 from heatlens.studio.session.pictures.picture_view import ColorChoice, PictureDisplay, PictureView
 from heatlens.studio.session.pictures.view_commands import ReferenceLoader, ViewCommands
 from heatlens.studio.session.playing.ahead_jobs import AheadJobs
-from heatlens.studio.session.playing.cluster_frames import WholePictures
+from heatlens.studio.session.playing.cluster_frames import ClusterFrames, WholePictures
 from heatlens.studio.session.playing.frame_player import FramePlayer
 from heatlens.studio.session.playing.frames_ahead import FramesAhead, store_of
+from heatlens.studio.session.playing.kept_screen import KeptScreen
 from heatlens.studio.session.playing.render_scheduler import RenderScheduler, VisibleWork
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shared import Shared
@@ -42,9 +45,9 @@ from heatlens.studio.session.time.timeline import Timeline
 
 
 class PictureDesk:
-    """Viewing and saving the picture: view, comparison, looks, files."""
+    """Viewing and saving the picture: view, comparison, looks, files; frames that others render."""
 
-    def __init__(self, shared: Shared) -> None:
+    def __init__(self, shared: Shared, timeline: Timeline, frames_folder: Path | None) -> None:
         start = shared.command_line.start
         self.renderer: FrameRenderer = shared.source.picture.renderer
         self.say = shared.say
@@ -54,7 +57,10 @@ class PictureDesk:
         self.display = PictureDisplay(shared.editing, self.view, self.color)
         self.references = ReferenceLoader(shared)
         self.commands = ViewCommands(shared, self.view, self.references)
-        self.sides = CompareSides(self.renderer)
+        self.frame_jobs = AheadJobs(shared, timeline, self.view)
+        self.frame_store = store_of(shared.preferences.values, frames_folder, shared.wake)
+        self.cluster = ClusterFrames(shared, self.frame_jobs, self.frame_store)
+        self.sides = CompareSides(self.renderer, WholePictures(self.renderer, self.cluster))
         self.looks = LookCommands(shared, self.view)
         self.saving = PictureCommands(shared, self.display, self.live)
         self.workers: tuple[Worker, ...] = (self.references, self.saving)
@@ -90,18 +96,20 @@ class TimeDesk:
     def __init__(
         self,
         shared: Shared,
+        timeline: Timeline,
         pictures: PictureDesk,
         lens: LensDesk,
         scenes: SceneCommands,
         speed: Speed,
-        frames_folder: Path | None,
+        screen: ScreenPictures | None,
     ) -> None:
+        """Create it; kept frames are shown on `screen`, unless it is None."""
         source, editing = shared.source, shared.editing
         preferences, view = shared.preferences.values, pictures.view
         self._source, self.editing, self.speed = source, editing, speed
         self.say = shared.say
         self.scenes = scenes
-        self.timeline = timeline = Timeline(shared)
+        self.timeline = timeline
         timeline.playback.ending = preferences.ending
         timeline.playback.is_every_frame = preferences.every_frame
         rows = RowChoice(lambda: source.has_camera)
@@ -112,13 +120,16 @@ class TimeDesk:
         self.scene_tracks = tracks = SceneMarkTracks(
             shared, timeline, scenes, lambda: visible.is_rendering or self.marks.is_reading
         )
-        jobs = AheadJobs(shared, timeline, view)
-        store = store_of(preferences, frames_folder, shared.wake)
+
+        def make_screen(frames_ahead: FramesAhead) -> ScreenWork:
+            if screen is None:
+                return ScreenWork()
+            return KeptScreen(frames_ahead, source, editing, view, screen)
+
         self.frames_ahead = FramesAhead(
-            *(shared, jobs, store, timeline, view),
-            *(lambda: tracks.is_due, lambda: lens.ring.is_turning),
+            *(shared, pictures.frame_jobs, pictures.frame_store, pictures.cluster, timeline, view),
+            *(lambda: tracks.is_due, lambda: lens.ring.is_turning, make_screen),
         )
-        pictures.live.remote = WholePictures(pictures.renderer, self.frames_ahead.cluster)
         self.player = FramePlayer(shared, timeline, self.frames_ahead)
         ring_take = RingTake(lens.ring, source, editing)
         self.recording = PullRecording(shared, timeline, rows, ring_take)

@@ -4,7 +4,6 @@ A session needs no window. Its pictures come from the same renderer that `heatle
 watches for changed shaders and missing surfaces.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from heatlens.core.base.faults import report_faults
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.header.timecode import timecode_of
+from heatlens.render.display.front_end import FrontEnd
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu import shader_reload
 from heatlens.render.source.opened import Opened
@@ -32,6 +32,7 @@ from heatlens.studio.session.shot.start import (
     with_given_camera,
 )
 from heatlens.studio.session.speed import Speed
+from heatlens.studio.session.time.timeline import Timeline
 
 
 class ShaderWatch(Commands, Worker):
@@ -87,6 +88,9 @@ class LostSurfaces(Commands, Worker):
 _SETTLING_S = 0.1  # interval of checks whether a gesture has ended or an autosave is due
 
 
+_NOBODY = FrontEnd()
+
+
 # All workers are in one tuple, which is also the order in which they are polled. With one list for
 # polling and one for waiting, a worker that was missing in one of them would not run.
 class Session:
@@ -100,33 +104,36 @@ class Session:
         self,
         renderer: FrameRenderer,
         start: Start,
-        wake: Callable[[], None] = lambda: None,
+        front_end: FrontEnd = _NOBODY,
         preferences: Preferences | None = None,
         frames_folder: Path | None = None,
         is_software: bool = False,
     ) -> None:
         """Begin with the values of the command line, `start`.
 
-        Threads call `wake` to make the window draw. Rendered frames are kept in `frames_folder`,
-        or in memory only if None. With `is_software`, a software rasterizer draws the window.
+        `front_end` shows it. Rendered frames are kept in `frames_folder`, or in memory only if
+        None. With `is_software`, a software rasterizer draws the window.
         """
         self.messages = Messages()
-        say = self.messages.say
+        say, wake = self.messages.say, front_end.wake
         self.preferences = preferences or Preferences()
         self.given = command_line = CommandLineOptions(start)
         self.source = source = OpenSource(renderer, wake, start.stream, command_line.placing_of)
         default_shot = Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus)
-        self.editing = Editing(default_shot, say, is_sequence=lambda: source.is_sequence)
-        shared = Shared(
-            source, self.editing, self.preferences, command_line, say, self.say_error, wake
+        self.editing = editing = Editing(
+            default_shot, say, lambda: source.is_sequence, front_end.other_holder
         )
+        shared = Shared(source, editing, self.preferences, command_line, say, self.say_error, wake)
         self.scenes = SceneCommands(shared)
-        self.pictures = pictures = PictureDesk(shared)
-        speed = Speed(is_software=is_software)
+        timeline = Timeline(shared)
+        self.pictures = pictures = PictureDesk(shared, timeline, frames_folder)
+        speed = Speed(is_software=is_software, has_window=front_end.has_window)
         self.lens = lens = LensDesk(shared)
-        self.time = time = TimeDesk(shared, pictures, lens, self.scenes, speed, frames_folder)
-        self.files = FileDesk(shared, pictures, time.timeline, frames_folder)
-        self.facts = Facts(source, self.editing, pictures, time, self.scenes.size)
+        self.time = time = TimeDesk(
+            *(shared, timeline, pictures, lens, self.scenes, speed, front_end.screen)
+        )
+        self.files = FileDesk(shared, pictures, timeline, frames_folder)
+        self.facts = Facts(source, editing, pictures, time, self.scenes.size)
         self._lost_surfaces = LostSurfaces(shared)
         # Polled in this order in each frame of the window.
         self.workers: tuple[Worker, ...] = (

@@ -9,9 +9,9 @@ from heatlens.core.base.faults import report_faults
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.device import Texture
 from heatlens.render.preview.shown import Shown
+from heatlens.render.rendered_frames.screen_work import KeptFrame
 from heatlens.studio.board.board import Board
 from heatlens.studio.session.pictures.look_commands import still_of
-from heatlens.studio.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.studio.session.session import Session
 from heatlens.studio.share.shared import SharedSession
 from heatlens.studio.share.tap import DisplayedPicture, Tap
@@ -27,21 +27,19 @@ _PUBLISH_INTERVAL_S = (
 class HeadlessLoop:
     """Runs a session for its pages alone, as the loop of the window does."""
 
-    def __init__(self, session: Session, shared: SharedSession, wake_event: Event) -> None:
-        """Create the loop; other threads set `wake_event` to make it turn."""
-        self._session = session
+    def __init__(
+        self, session: Session, screen: ScreenPictures, shared: SharedSession, wake_event: Event
+    ) -> None:
+        """Create the loop with the pictures that the session's `FrontEnd` has.
+
+        Other threads set `wake_event` to make it turn.
+        """
+        self._session, self._screen = session, screen
         self._shared = shared
         self._wake_event = wake_event
-        self.board = Board(session)
-        pictures, time_desk = session.pictures, session.time
-        self._screen = ScreenPictures(pictures.renderer.ctx)
-        self._kept_screen = KeptScreen(
-            *(time_desk.frames_ahead, session.source, session.editing, pictures.view, self._screen)
-        )
-        time_desk.frames_ahead.screen = self._kept_screen
-        time_desk.speed.has_window = True
+        self.board = Board(session, self._still_of_picture)
+        self._kept_screen = session.time.frames_ahead.screen
         self._tap = Tap(session, self.board, shared)
-        pictures.looks.make_still = self._still_of_picture
         self._last_draw_s = 0.0
         self._drawn_key: object = None
         self._has_unpublished_work = False  # True if it has rendered since the last publication

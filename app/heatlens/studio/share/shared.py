@@ -86,6 +86,7 @@ class SharedSession:
     client_count: int = 0
     is_behind: bool = False
     _messages: deque[_PageMessage] = field(default_factory=deque)
+    _is_page_acting: bool = False  # a message of a page is being carried out
 
     # For the server
 
@@ -110,11 +111,20 @@ class SharedSession:
             self._messages.popleft() for _ in range(min(len(self._messages), _MESSAGES_PER_TURN))
         ]
         for message in messages:
+            self._is_page_acting = True
             try:
                 self._follow_message(board, message)
             except HeatlensError as error:
                 message.reply(str(error))
+            finally:
+                self._is_page_acting = False
         return bool(messages)
+
+    def other_holder(self) -> str:
+        """Take the lens for the window; return the name of the page's user who has it, or ""."""
+        if self._is_page_acting or self.hands.try_take(WINDOW):
+            return ""
+        return self.hands.holder
 
     def _follow_message(self, board: Board, message: _PageMessage) -> None:
         board.check_remote(message.message)

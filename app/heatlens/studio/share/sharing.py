@@ -21,10 +21,15 @@ _LINKS_FILE = "share.json"
 class Sharing:
     """The server of a session, which is open from `begin` to `end`."""
 
-    def __init__(self, options: ShareOptions | None = None) -> None:
-        """Create it; `options` apply from `begin` on, None for the defaults."""
+    def __init__(
+        self, options: ShareOptions | None = None, wake: Callable[[], None] = lambda: None
+    ) -> None:
+        """Create it; `options` apply from `begin` on, None for the defaults.
+
+        Threads call `wake` to make the session's loop turn.
+        """
         self._options = options or ShareOptions()
-        self.shared = SharedSession()
+        self.shared = SharedSession(wake)
         self._server: ShareServer | None = None
 
     def begin(self, log: Callable[[str], None]) -> None:

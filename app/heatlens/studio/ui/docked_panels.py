@@ -17,6 +17,7 @@ from heatlens.render.display.probe import visible_depth_m
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.preview.shown import Shown
+from heatlens.studio.board.board import Board
 from heatlens.studio.session.marks.plan import PlanDrawer
 from heatlens.studio.session.messages import window_words
 from heatlens.studio.session.scenes.size_keeping import SizeKeeping
@@ -106,8 +107,8 @@ _FLAGS = {
 class DockedPanels:
     """Draws the panels that are open."""
 
-    def __init__(self, session: Session, ui: UiState, screen: ScreenPictures) -> None:
-        self._session = session
+    def __init__(self, session: Session, board: Board, ui: UiState, screen: ScreenPictures) -> None:
+        self._session, self._board = session, board
         self._facts, self._editing, self._time = session.facts, session.editing, session.time
         self._say = session.messages.say
         self._ui = ui
@@ -129,7 +130,9 @@ class DockedPanels:
             "Scene": partial(scene_panel, self._session.scenes, self._editing, self._say),
             "Marks": partial(marks_panel, self._time, self._facts.unit, self._ui),
             "Plan": self._draw_plan,
-            "Looks": partial(looks_panel, self._facts, self._session.pictures, self.stills),
+            "Looks": partial(
+                looks_panel, self._facts, self._board, self._session.pictures, self.stills
+            ),
             "Reel": partial(reel_panel, self._ui.files.reel, self._facts.unit, self._reel_stills),
             "Guides": self._draw_guides,
             "Export": self._draw_export,

@@ -15,9 +15,17 @@ _HELP = (
 )
 
 
+# `open_window` reports errors as NoWindowError, and waking a window that is not there yet is none.
+glfw.ERROR_REPORTING = "ignore"
+
+
+def wake_window() -> None:
+    """Make the loop of the window turn; any thread may call this, also while there is none."""
+    glfw.post_empty_event()
+
+
 def open_window(preferences: PreferenceValues) -> object:
     """Return a new window with a current context of OpenGL. Raises NoWindowError."""
-    glfw.ERROR_REPORTING = "ignore"  # the NoWindowError below reports it instead
     if not glfw.init():
         raise NoWindowError(f"No window can be opened: {_glfw_error()}. {_HELP}")
     for hint, value in (

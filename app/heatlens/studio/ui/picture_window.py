@@ -1,5 +1,6 @@
 """Draw the picture with its legend and marks, and apply the mouse gestures in it."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
@@ -11,12 +12,12 @@ from heatlens.core.model.view.view_geometry import geometry
 from heatlens.render.display.picture_pass import PlacedPicture
 from heatlens.render.display.screen_pictures import ScreenPictures, layer_limits_px
 from heatlens.render.gpu.device import Framebuffer, Sampling
+from heatlens.render.rendered_frames.screen_work import ScreenWork
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook
 from heatlens.studio.session.desks import LensDesk, PictureDesk
 from heatlens.studio.session.facts import Facts
 from heatlens.studio.session.marks.lessons import Lessons
-from heatlens.studio.session.playing.kept_screen import KeptScreen
 from heatlens.studio.ui import probe, theme
 from heatlens.studio.ui.layout import PICTURE, PICTURE_ALONE
 from heatlens.studio.ui.panels.focus_bar import focus_bar, focus_bar_height
@@ -50,8 +51,9 @@ class PictureWindow:
         lessons: Lessons,
         ui: UiState,
         screen: ScreenPictures,
-        kept_screen: KeptScreen,
+        kept_screen: ScreenWork,
         lens: LensDesk,
+        is_keyboard_taken: Callable[[], bool],
     ) -> None:
         self._facts, self._board, self._desk = facts, board, desk
         self._ui = ui
@@ -66,7 +68,7 @@ class PictureWindow:
         self.hovered_px: tuple[int, int] | None = (
             None  # pixel of the display window under the pointer
         )
-        self.alt = HeldAlone(imgui.Key.mod_alt)
+        self.alt = HeldAlone(imgui.Key.mod_alt, is_keyboard_taken=is_keyboard_taken)
         self.ctrl = HeldAlone(imgui.Key.mod_ctrl, _KEYS_WITH_CTRL)
         self.fade = PictureFade(ctx)
         self._is_bar_dragged = False  # the focus bar is dragged

@@ -11,7 +11,6 @@ from heatlens.studio.board.board import Board
 from heatlens.studio.board.command import Command
 from heatlens.studio.session.live.pull_recording import RecordingState
 from heatlens.studio.session.marks.lessons import Lessons
-from heatlens.studio.session.playing.kept_screen import KeptScreen
 from heatlens.studio.session.session import Session
 from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import topmost
@@ -42,15 +41,22 @@ class Screen:
     def __init__(
         self,
         session: Session,
+        pictures: ScreenPictures,
+        sharing: Sharing,
         wake: Callable[[], None] = lambda: None,
-        sharing: Sharing | None = None,
+        is_keyboard_taken: Callable[[], bool] = lambda: False,
     ) -> None:
-        """Create the screen; threads call `wake` to have the window drawn again."""
+        """Create the screen with the pictures that the session's `FrontEnd` has, and its `sharing`.
+
+        Threads call `wake` to have the window drawn again.
+
+        `is_keyboard_taken` returns True while another program has grabbed the keyboard.
+        """
         self._session = session
-        self._board = board = Board(session)
-        files, time, pictures = session.files, session.time, session.pictures
+        self._board = board = Board(session, self._make_still)
+        files, time, desk = session.files, session.time, session.pictures
         say, facts = session.messages.say, session.facts
-        self.sharing = WindowSharing(session, board, sharing or Sharing(), wake)
+        self.sharing = WindowSharing(session, board, sharing)
         self.ui = UiState(
             session.editing, time, files, session.preferences, say, wake, self.sharing
         )
@@ -58,18 +64,17 @@ class Screen:
         self.typed_keys: Sequence[
             imgui.Key
         ] = ()  # keys that went down in this frame, in their order
-        self._pictures = ScreenPictures(pictures.renderer.ctx)
-        kept_screen = KeptScreen(
-            time.frames_ahead, session.source, session.editing, pictures.view, self._pictures
-        )
-        time.frames_ahead.screen = kept_screen
+        self._pictures, kept_screen = pictures, time.frames_ahead.screen
         lessons = Lessons(session.editing, time.marks)
         self.picture = PictureWindow(
-            *(facts, board, pictures, lessons, self.ui, self._pictures, kept_screen), session.lens
+            *(facts, board, desk, lessons, self.ui, self._pictures, kept_screen),
+            *(session.lens, is_keyboard_taken),
         )
-        self.status = StatusBar(facts, pictures, session.messages, self.ui, kept_screen)
-        self._panels = DockedPanels(session, self.ui, self._pictures)
-        pictures.looks.make_still = lambda: self._panels.stills.make_still(self.picture.pictures)
+        self.status = StatusBar(facts, desk, session.messages, self.ui, kept_screen)
+        self._panels = DockedPanels(session, board, self.ui, self._pictures)
+
+    def _make_still(self) -> str | None:
+        return self._panels.stills.make_still(self.picture.pictures)
 
     def must_wait_after(self, key: imgui.Key, mods: int) -> bool:
         """Return True if keys typed after this one must wait for its effect."""

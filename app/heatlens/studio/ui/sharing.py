@@ -1,7 +1,6 @@
 """Share the session of the window: a popup with its links, and its users in the menu bar."""
 
 from collections import deque
-from collections.abc import Callable
 
 from imgui_bundle import ImVec2, imgui
 
@@ -9,7 +8,6 @@ from heatlens.core.base.errors import HeatlensError
 from heatlens.studio.board.board import Board
 from heatlens.studio.session.session import Session
 from heatlens.studio.share.address import Role
-from heatlens.studio.share.shared import WINDOW
 from heatlens.studio.share.sharing import Sharing, qr_code_rows
 from heatlens.studio.share.tap import DisplayedPicture, Tap
 from heatlens.studio.ui import probe, texts, theme, widgets
@@ -25,18 +23,14 @@ _UPDATE_S = 0.5  # longest time until the menu bar shows that a user has release
 class WindowSharing:
     """The sharing of the window's session, and its place in the interface."""
 
-    def __init__(
-        self, session: Session, board: Board, sharing: Sharing, wake: Callable[[], None]
-    ) -> None:
-        """Prepare the sharing; threads call `wake` when a page has sent something."""
+    def __init__(self, session: Session, board: Board, sharing: Sharing) -> None:
+        """Prepare the sharing."""
         self._session = session
         self.sharing = sharing
         self._board = board
         self._tap = Tap(session, self._board, sharing.shared)
         self._server_messages: deque[str] = deque()  # messages of the server's thread
-        self._is_page_acting, self._opens_popup = False, sharing.is_on
-        sharing.shared.wake = wake
-        session.editing.may_change_lens = self._take_lens
+        self._opens_popup = sharing.is_on
 
     def share(self) -> None:
         """Share, and show the links."""
@@ -47,25 +41,13 @@ class WindowSharing:
         except HeatlensError as error:
             self._session.say_error(error)
 
-    def _take_lens(self) -> bool:
-        """Take the lens for the window and return True; report if a page has it."""
-        hands = self.sharing.shared.hands
-        if self._is_page_acting or not self.sharing.is_on or hands.try_take(WINDOW):
-            return True
-        self._session.messages.say(f"{hands.holder} has the lens.")
-        return False
-
     # Called by the loop
 
     def run_requests(self) -> bool:
         """Run the requests of the pages; return True if there were any."""
         while self._server_messages:
             self._session.messages.say(self._server_messages.popleft())
-        self._is_page_acting = True
-        try:
-            return self.sharing.shared.follow_messages(self._board)
-        finally:
-            self._is_page_acting = False
+        return self.sharing.shared.follow_messages(self._board)
 
     def publish(self, pictures: Pictures | None, transform_version: int) -> None:
         """Give the picture of the window to the pages."""

@@ -13,12 +13,12 @@ from heatlens.core.base.outside_text import printable
 from heatlens.core.model.view.view import Against, Compare, ViewState
 from heatlens.render.display.probe import PictureReader, probe_at, probe_text
 from heatlens.render.preview.shown import Shown
+from heatlens.render.rendered_frames.screen_work import KeptFrame, ScreenWork
 from heatlens.studio.session.desks import PictureDesk
 from heatlens.studio.session.exports.export_process import ExportRun, ExportState
 from heatlens.studio.session.facts import Facts
 from heatlens.studio.session.messages import Messages
 from heatlens.studio.session.pictures.compare_sides import CompareSides
-from heatlens.studio.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.studio.ui import probe, theme, widgets
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.texts import fit_text, text_width
@@ -122,7 +122,7 @@ class StatusBar:
         desk: PictureDesk,
         messages: Messages,
         ui: UiState,
-        kept_screen: KeptScreen,
+        kept_screen: ScreenWork,
     ) -> None:
         self._facts, self._desk, self._messages = facts, desk, messages
         self._ui, self._kept_screen = ui, kept_screen

@@ -18,6 +18,8 @@ from heatlens.core.base.outside_text import printable
 from heatlens.core.base.paths import preferences_dir, rendered_frames_dir
 from heatlens.core.base.stopping import StopSignals
 from heatlens.media.live.ring.sources import PadInput
+from heatlens.render.display.front_end import FrontEnd
+from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software, window_device
 from heatlens.studio.session.files.window_door import WindowDoor
@@ -31,7 +33,7 @@ from heatlens.studio.ui.devices import GlfwInput
 from heatlens.studio.ui.frame_pace import FramePace
 from heatlens.studio.ui.input_queue import InputQueue
 from heatlens.studio.ui.layout import restore_layout
-from heatlens.studio.ui.open_window import open_window
+from heatlens.studio.ui.open_window import open_window, wake_window
 from heatlens.studio.ui.screen import Screen
 from heatlens.studio.ui.status_bar import export_title
 
@@ -47,10 +49,10 @@ def run_window(start: Start, sharing: Sharing | None = None) -> None:
     preferences = Preferences.load(preferences_dir())
     window = open_window(preferences.values)
     try:
-        loop = Loop(window, start, preferences, sharing or Sharing())
+        loop = Loop(window, start, preferences, sharing or Sharing(wake=wake_window))
         with (
-            closing(WindowDoor(glfw.post_empty_event)) as door,
-            StopSignals(glfw.post_empty_event) as stops,
+            closing(WindowDoor(wake_window)) as door,
+            StopSignals(wake_window) as stops,
         ):
             loop.run(stops, door)
         stops.raise_if_stopped()
@@ -62,29 +64,26 @@ class Loop:
     """The main loop: draws the screen after events, and renders the picture in between."""
 
     def __init__(
-        self,
-        window: GlfwHandle,
-        start: Start,
-        preferences: Preferences,
-        sharing: Sharing | None = None,
+        self, window: GlfwHandle, start: Start, preferences: Preferences, sharing: Sharing
     ) -> None:
         self._window = window
         self._ctx = window_device()
         self._show_background()
         imgui.create_context()
+        pictures = ScreenPictures(self._ctx)
+        front_end = FrontEnd(wake_window, pictures, True, sharing.shared.other_holder)
         self._session = session = Session(
-            *(FrameRenderer(self._ctx), start, glfw.post_empty_event, preferences),
+            *(FrameRenderer(self._ctx), start, front_end, preferences),
             *(rendered_frames_dir(), is_software(self._ctx)),
         )
         self._live, self._pace = session.pictures.live, FramePace(session)
         self._show_background()  # a window manager may have changed its size
-        if isinstance(start.lens_in, PadInput):
-            start.lens_in.read = pad_axes
-        self._screen = Screen(session, glfw.post_empty_event, sharing)
-        session.time.speed.has_window = True
+        self._pad = start.lens_in if isinstance(start.lens_in, PadInput) else None
+        self._screen = Screen(
+            *(session, pictures, sharing, wake_window), partial(is_keyboard_taken, window)
+        )
         self._input = InputQueue(self._screen.must_wait_after)
         self._start_imgui()
-        self._screen.picture.alt.is_keyboard_taken = partial(is_keyboard_taken, window)
         self._ui = self._screen.ui
         self._ui.scale.screen_scale = glfw.get_window_content_scale(window)[0]
         self._ui.scale.screen = screen_name(window)
@@ -119,6 +118,8 @@ class Loop:
         while not (self._ui.is_over or stops.number):
             self._wait_for_events()
             self._open_names(door.pop_names())
+            if self._pad is not None:
+                self._pad.poll(pad_axes)
             if self._screen.sharing.run_requests():
                 self._pace.draw_soon()
                 session.time.frames_ahead.note_input()

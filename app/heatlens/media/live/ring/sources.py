@@ -259,33 +259,31 @@ class Controls(RingInput):
 
 
 class PadInput(Controls):
-    """Reads the axes through `read` on demand, at most as often as a pad changes.
-
-    The window sets `read`, because its library works on the window's thread only. It returns the
-    axes by their names, or None while no pad is connected, which counts as silence.
-    """
+    """Takes the axes of a pad from the window, whose library works on its thread only."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         """Begin without a pad."""
         super().__init__("pad", clock)
-        self.read: Callable[[], Mapping[str, float] | None] = lambda: None
         self._clock = clock
         self._last_read_s = -_POLL_S
 
-    def source_state(self, source: str | None = None) -> SourceState:
-        """Return the present state of the pad."""
+    def poll(self, read: Callable[[], Mapping[str, float] | None]) -> None:
+        """Store the axes that `read` returns, at most as often as a pad changes.
+
+        `read` returns them by their names, or None while no pad is connected, which counts as
+        silence.
+        """
         now_s = self._clock()
-        if now_s - self._last_read_s >= _POLL_S:
-            self._last_read_s = now_s
-            axes = self.read()
-            if axes is not None:
-                self.sources.add_sample(LensSample(channels=dict(axes)))
-        return super().source_state(source)
+        if now_s - self._last_read_s < _POLL_S:
+            return
+        self._last_read_s = now_s
+        axes = read()
+        if axes is not None:
+            self.store_channels("", axes)
 
     def seconds_until_due(self) -> float:
         """Return the seconds until the pad is to be read again."""
         return _POLL_S
 
     def close(self) -> None:
-        """Release the pad."""
-        self.read = lambda: None
+        """Do nothing: the window holds the pad."""

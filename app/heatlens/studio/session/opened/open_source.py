@@ -72,8 +72,6 @@ class OpenSource:
         and `feed` brings it there; each source has its own feed.
         """
         self.stream = stream
-        if stream is not None:
-            stream.wake = wake
         self.opener = SourceOpener(wake, stream, placing_of)
         self.opened: Opened | None = None
         self.picture = GpuPicture(renderer)

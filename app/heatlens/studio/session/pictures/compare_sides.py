@@ -13,6 +13,7 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software
 from heatlens.render.preview.level_choice import GPU_WORK_POWER, CostModel
 from heatlens.render.preview.shown import Shown, without_notes
+from heatlens.studio.session.pictures.elsewhere import RemoteRenderer
 from heatlens.studio.session.pictures.live_picture import FIRST_PLATE, LivePicture, PlateVersion
 from heatlens.studio.session.pictures.look_pictures import LookPictures
 
@@ -32,12 +33,13 @@ class CompareSides:
     starts again if the other interrupts it.
     """
 
-    def __init__(self, renderer: FrameRenderer) -> None:
+    def __init__(self, renderer: FrameRenderer, remote: RemoteRenderer | None = None) -> None:
+        """Render on this machine; `remote` may render the whole picture of A instead."""
         self._renderer = renderer
         # A small picture does not fill a GPU, so times grow more slowly than the number of pixels.
         # A linear model would choose smaller levels than the GPU can render; see `GPU_WORK_POWER`.
         power = 1.0 if is_software(renderer.ctx) else GPU_WORK_POWER
-        self.a = LivePicture(renderer, cost=CostModel(work_power=power))
+        self.a = LivePicture(renderer, cost=CostModel(work_power=power), remote=remote)
         self.b = LivePicture(renderer, first_slot=2, cost=self.a.cost)
         self.looks = LookPictures(renderer, self.b)
         self._b_request: Shot | None = None  # the shot of B, while it is rendered

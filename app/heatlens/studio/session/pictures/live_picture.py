@@ -69,15 +69,17 @@ class LivePicture:
         clock: Callable[[], float] = time.perf_counter,
         first_slot: int = 0,
         cost: CostModel | None = None,
+        remote: RemoteRenderer | None = None,
     ) -> None:
         """Use slot `first_slot` of the renderer and the next one for the pictures.
 
-        `cost` is the cost model of this machine, shared with other pictures.
+        `cost` is the cost model of this machine, shared with other pictures. `remote` renders whole
+        pictures in place of this machine.
         """
         self._renderer = renderer
         self._clock = clock
         self.cost = cost or CostModel()
-        self.remote = RemoteRenderer()  # renders whole pictures in place of this machine
+        self.remote = remote or RemoteRenderer()
         self.output: Shown | None = None
         self._request: PictureKey | None = None
         self._changed_at = 0.0

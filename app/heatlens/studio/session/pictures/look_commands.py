@@ -2,7 +2,6 @@
 
 import base64
 import binascii
-from collections.abc import Callable
 from dataclasses import replace
 from io import BytesIO
 
@@ -29,18 +28,20 @@ class LookCommands(Commands):
         super().__init__(shared)
         self._view = view
         self._previous_lens: Lens | None = None  # the lens before the latest look was used
-        self.make_still: Callable[[], str | None] = lambda: None  # returns a still of the picture
 
     @property
     def looks(self) -> tuple[Look, ...]:
         """The looks that the shot keeps, in order."""
         return self._editing.shot.looks
 
-    def keep(self) -> None:
-        """Keep the lens at the playhead as a look, named with the next free letter."""
+    def keep(self, still: str | None = None) -> None:
+        """Keep the lens at the playhead as a look, named with the next free letter.
+
+        `still` is the present picture, see `still_of`; None if there is none to keep.
+        """
         shot = self._editing.shot
         name, frame = free_letter(look.name for look in shot.looks), self._editing.frame
-        look = Look(name, self._editing.lens, frame, self.make_still())
+        look = Look(name, self._editing.lens, frame, still)
         self._editing.do(replace(shot, looks=(*shot.looks, look)))
         key = f" Ctrl+{len(self.looks)} returns to it." if len(self.looks) <= LOOKS_WITH_KEY else ""
         self._say(f"Look {look.name} is kept.{key}")

@@ -10,11 +10,11 @@ from pathlib import Path
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.faults import report_faults
-from heatlens.render.preview.shown import Shown
 from heatlens.render.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.render.rendered_frames.frame_key import NO_ORDER, PlayOrder
 from heatlens.render.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_bytes_of
 from heatlens.render.rendered_frames.kept_pictures import DiskStore, MemoryStore
+from heatlens.render.rendered_frames.screen_work import ScreenWork
 from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.playing.ahead_jobs import (
@@ -45,25 +45,6 @@ def store_of(
     return FrameStore(memory, disk, wake)
 
 
-class ScreenWork:
-    """What the interface does with kept frames; the base does nothing, because it has no window."""
-
-    @property
-    def has_work(self) -> bool:
-        """Return True while a frame in memory is not yet converted for the screen."""
-        return False
-
-    def frame_at_playhead(self) -> Shown | None:
-        """Return the kept picture of the frame at the playhead; None if there is none."""
-        return None
-
-    def prepare(self) -> None:
-        """Convert one more frame for the screen."""
-
-    def forget_frames(self) -> None:
-        """Forget all frames, because another source was opened or they were cleared."""
-
-
 class FramesAhead(Commands, Worker):
     """Renders and keeps the played frames, as many as the limits allow."""
 
@@ -72,22 +53,23 @@ class FramesAhead(Commands, Worker):
         shared: Shared,
         jobs: AheadJobs,
         store: FrameStore,
+        cluster: ClusterFrames,
         timeline: Timeline,
         view: PictureView,
         is_busy: Callable[[], bool],
         is_turning: Callable[[], bool],
+        make_screen: Callable[["FramesAhead"], ScreenWork],
     ) -> None:
         """Create it; `is_busy` returns True while more urgent work waits.
 
         `is_turning` returns True while a lens ring is being turned, which counts as user input.
+        `make_screen` returns what shows the frames.
         """
         super().__init__(shared)
-        self.jobs, self.store = jobs, store
-        self.cluster = ClusterFrames(shared, jobs, store)
+        self.jobs, self.store, self.cluster = jobs, store, cluster
         self._timeline, self._view, self._is_busy = timeline, view, is_busy
         self._is_turning = is_turning
         self._clock = time.perf_counter
-        self.screen = ScreenWork()  # set by the interface
         self.frames_made = 0  # rendered since the start, so that the window draws each of them
         self._filler: FrameFiller | None = None
         self._order = NO_ORDER
@@ -96,6 +78,7 @@ class FramesAhead(Commands, Worker):
         self._refused_keys: set[str] = set()  # keys of frames that cannot be rendered
         self._made_keys: set[str] = set()  # keys computed since the last user input
         self._rest_from_s = 0.0
+        self.screen = make_screen(self)
 
     # State
 

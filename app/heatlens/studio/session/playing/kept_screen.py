@@ -1,7 +1,7 @@
 """Rendered frames on the screen: uploaded to the GPU when shown, and not rendered again."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.view.view import ViewState
@@ -13,29 +13,17 @@ from heatlens.render.gpu.textures import new_texture
 from heatlens.render.preview.shown import Shown
 from heatlens.render.rendered_frames.frame_filler import FrameJob
 from heatlens.render.rendered_frames.kept_pictures import KeptPicture
+from heatlens.render.rendered_frames.screen_work import KeptFrame, ScreenWork
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.playing.ahead_jobs import FramesRequest
-from heatlens.studio.session.playing.frames_ahead import FramesAhead, ScreenWork
+from heatlens.studio.session.playing.frames_ahead import FramesAhead
 from heatlens.studio.session.shot.editing import Editing
 
 # Exposure in stops, gamma, version of the view transform, with mipmaps.
 ScreenLook = tuple[float, float, int, bool]
 # The requested frames, and how they are shown: the view, version of the view transform, zoom.
 ScreenRequest = tuple[FramesRequest | None, ViewState, int, float]
-
-
-@dataclass(frozen=True, eq=False)
-class KeptFrame(Shown):
-    """A frame that was rendered before. `KeptScreen.upload` fills its texture."""
-
-    key: str = ""
-    picture: KeptPicture | None = None
-
-    @property
-    def is_whole(self) -> bool:
-        """Return True: it was rendered at full quality and the size of the window."""
-        return True
 
 
 class KeptScreen(ScreenWork):

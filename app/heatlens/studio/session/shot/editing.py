@@ -40,10 +40,15 @@ class Editing:
         self,
         shot: Shot,
         say: Callable[[str], None],
-        clock: Callable[[], float] = time.perf_counter,
         is_sequence: Callable[[], bool] = lambda: False,
+        other_holder: Callable[[], str] = lambda: "",
+        clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        """Begin with `shot`; `is_sequence` returns True if the source has several frames."""
+        """Begin with `shot`; `is_sequence` returns True if the source has several frames.
+
+        `other_holder` takes the lens for the user, and returns the name of another user who has it;
+        "" if nobody else has.
+        """
         self._is_sequence = is_sequence
         self.history = History.of(shot)
         self.auto_key = True
@@ -58,9 +63,7 @@ class Editing:
         self._changed_at = 0.0
         # Returns the shot to have after the lens was changed, from the shots before and after.
         self.reframe: Callable[[Shot, Shot], Shot] = lambda _, after: after
-        self.may_change_lens: Callable[[], bool] = lambda: (
-            True
-        )  # False while another user has the lens
+        self._other_holder = other_holder
 
     @property
     def frame(self) -> int:
@@ -154,7 +157,10 @@ class Editing:
         lasts until the frame changes.
         """
         old_lens = self.lens
-        if lens == old_lens or not self.may_change_lens():
+        if lens == old_lens:
+            return
+        if holder := self._other_holder():
+            self._say(f"{holder} has the lens.")
             return
         with report_errors(self._say):
             self._check_focus_by_hand(old_lens, lens)

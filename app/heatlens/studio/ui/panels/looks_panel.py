@@ -11,6 +11,7 @@ from heatlens.core.model.lens.lens import measured_text
 from heatlens.core.model.shot.look import Look
 from heatlens.core.model.view.view import GRID_MOST, Compare
 from heatlens.render.gpu.device import Texture
+from heatlens.studio.board.board import Board
 from heatlens.studio.session.desks import PictureDesk
 from heatlens.studio.session.facts import Facts
 from heatlens.studio.session.pictures.compare_sides import grid_names, is_look_b
@@ -98,11 +99,11 @@ class LookStills:
         return self._ctx.texture((width, height), 4, np.ascontiguousarray(rgba[::-1]).data)
 
 
-def looks_panel(facts: Facts, desk: PictureDesk, stills: LookStills) -> None:
+def looks_panel(facts: Facts, board: Board, desk: PictureDesk, stills: LookStills) -> None:
     """Draw the Looks panel in the current window."""
     tip = "Stores focal length, f-stop, focus and film back under a letter (Shift+L)."
     if widgets.button("Keep this look", "keep look", tip):
-        desk.looks.keep()
+        board.do("Keep this look")
     view, looks = facts.view, facts.shot.looks
     is_grid = view.compare is Compare.GRID
     imgui.same_line()

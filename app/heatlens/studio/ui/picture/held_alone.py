@@ -19,12 +19,17 @@ _KEYS = {
 class HeldAlone:
     """The state of the key, updated once a frame."""
 
-    def __init__(self, modifier: imgui.Key, allowed_keys: tuple[imgui.Key, ...] = ()) -> None:
+    def __init__(
+        self,
+        modifier: imgui.Key,
+        allowed_keys: tuple[imgui.Key, ...] = (),
+        is_keyboard_taken: Callable[[], bool] = lambda: False,
+    ) -> None:
         """Watch Alt or Ctrl; the keys of `allowed_keys` may be pressed at the same time.
 
-        Set `is_keyboard_taken` on systems where a program can grab the keyboard.
+        `is_keyboard_taken` returns True while another program has grabbed the keyboard.
         """
-        self.is_keyboard_taken: Callable[[], bool] = lambda: False
+        self._is_keyboard_taken = is_keyboard_taken
         self._modifier = int(modifier)
         allowed = (*_KEYS[modifier], *allowed_keys)
         self._other_keys = [
@@ -48,7 +53,7 @@ class HeldAlone:
             self._since_s = imgui.get_time()
         if not self._counts and imgui.get_time() - self._since_s >= HOLD_S:
             # For example by the window list of Alt+Tab.
-            self._has_other_key = self.is_keyboard_taken()
+            self._has_other_key = self._is_keyboard_taken()
             self._counts = not self._has_other_key
         return self._counts
 

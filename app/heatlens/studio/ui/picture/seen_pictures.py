@@ -14,10 +14,10 @@ from heatlens.render.display.picture_pass import Detail
 from heatlens.render.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures, picture_of_b
 from heatlens.render.gpu.device import Texture
 from heatlens.render.preview.shown import Shown
+from heatlens.render.rendered_frames.screen_work import KeptFrame, ScreenWork
 from heatlens.studio.session.desks import PictureDesk
 from heatlens.studio.session.facts import Facts
 from heatlens.studio.session.pictures.compare_sides import grid_names, is_look_b, look_named
-from heatlens.studio.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.studio.ui.picture.grid import Pictures, Tile
 
 
@@ -25,7 +25,7 @@ class SeenPictures:
     """Prepares the pictures for each frame of the window; unchanged ones are reused."""
 
     def __init__(
-        self, facts: Facts, desk: PictureDesk, screen: ScreenPictures, kept_screen: KeptScreen
+        self, facts: Facts, desk: PictureDesk, screen: ScreenPictures, kept_screen: ScreenWork
     ) -> None:
         self._facts, self._desk, self._screen = facts, desk, screen
         self._kept_screen = kept_screen

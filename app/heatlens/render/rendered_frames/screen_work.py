@@ -1,0 +1,56 @@
+"""What shows kept frames on a screen, as the frames rendered ahead know it."""
+
+from dataclasses import dataclass
+
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.view.view import ViewState
+from heatlens.render.gpu.device import Texture
+from heatlens.render.preview.shown import Shown
+from heatlens.render.rendered_frames.kept_pictures import KeptPicture
+
+
+@dataclass(frozen=True, eq=False)
+class KeptFrame(Shown):
+    """A frame that was rendered before. `KeptScreen.upload` fills its texture."""
+
+    key: str = ""
+    picture: KeptPicture | None = None
+
+    @property
+    def is_whole(self) -> bool:
+        """Return True: it was rendered at full quality and the size of the window."""
+        return True
+
+
+class ScreenWork:
+    """Shows kept frames on a screen; the base shows none, because it has no screen."""
+
+    @property
+    def has_work(self) -> bool:
+        """Return True while a frame in memory is not yet converted for the screen."""
+        return False
+
+    def frame_at_playhead(self) -> Shown | None:
+        """Return the kept picture of the frame at the playhead; None if there is none."""
+        return None
+
+    def upload(self, kept_frame: Shown) -> Shown:
+        """Return the same picture with its texture filled."""
+        return kept_frame
+
+    def windows(self, kept_frame: Shown) -> tuple[Box, Box] | None:
+        """Return data and display window of a kept frame; None if they are the current ones."""
+        return None
+
+    def texture(self, kept_frame: KeptFrame, view: ViewState) -> Texture:
+        """Return a kept frame in the colors of the screen.
+
+        The exposure of `view` includes the transmission of the lens.
+        """
+        return kept_frame.texture
+
+    def prepare(self) -> None:
+        """Convert one more frame for the screen."""
+
+    def forget_frames(self) -> None:
+        """Forget all frames, because another source was opened or they were cleared."""
