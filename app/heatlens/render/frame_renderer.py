@@ -16,7 +16,7 @@ from heatlens.render.defocus.focus_offset_survey import FocusOffsetSurvey
 from heatlens.render.defocus.line_solver import LineSolver, usual_solver
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.passes import DefocusPasses
-from heatlens.render.defocus.pipeline import DefocusPipeline
+from heatlens.render.defocus.pipeline import DefocusPipeline, LayerCallback
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.steps import Result, Steps
 from heatlens.render.gpu.context import (
@@ -53,7 +53,7 @@ class FrameRenderer:
         self.solver = solver or usual_solver(ctx)
         self._passes = DefocusPasses(ctx, self.solver)
         self._pipelines: dict[int, DefocusPipeline] = {}  # one for each slot, made when first used
-        self._on_layer: Callable[[int, int], None] | None = None
+        self._on_layer: LayerCallback | None = None
         self._plates = PlateOnGpu(ctx)
         self._source: SourceOnGpu = self._plates  # holds no plate yet
         self._loaded: Pinhole | None = None
@@ -267,8 +267,8 @@ class FrameRenderer:
     def _pipeline(self, slot: int) -> DefocusPipeline:
         """Return the pipeline of a slot, which is made when it is first used."""
         if slot not in self._pipelines:
-            self._pipelines[slot] = DefocusPipeline(self.ctx, self._passes)
-            self._pipelines[slot].on_layer = self._on_layer if slot == 0 else None
+            layer_callback = lambda: self._on_layer if slot == 0 else None  # noqa: E731
+            self._pipelines[slot] = DefocusPipeline(self.ctx, self._passes, layer_callback)
         return self._pipelines[slot]
 
     def optics(self, shot: Shot, frame: int = 0) -> Optics:
@@ -300,9 +300,9 @@ class FrameRenderer:
             check_texture_fits(self.ctx, size, self.solver.between_size(size))
             self._checked_size = size
 
-    def set_layer_callback(self, on_layer: Callable[[int, int], None] | None) -> None:
+    def set_layer_callback(self, on_layer: LayerCallback | None) -> None:
         """Call `on_layer(done, layers)` after each layer; each call waits for the GPU."""
-        self._on_layer = self._pipeline(0).on_layer = on_layer
+        self._on_layer = on_layer
 
     def pixels(self, shot: Shot, frame: int = 0) -> FloatArray:
         """Return the pixels of `render`: (H, W, 4) float32."""

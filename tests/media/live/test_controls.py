@@ -33,7 +33,7 @@ def test_midi_controls_and_pitch_wheels_are_channels(ports):
     with open_ring("midi:fader") as midi:
         assert str(midi.address) == "midi:Fader Box 20:0"
         news = []
-        midi.on_news = lambda: news.append(1)
+        midi.listen(lambda: news.append(1))
         for message in (
             mido.Message("control_change", channel=0, control=7, value=127),
             mido.Message("pitchwheel", channel=1, pitch=-8192),

@@ -37,7 +37,7 @@ def wait_until(condition) -> None:
 @pytest.mark.parametrize("encoding", Encoding)
 def test_lens_receiver_hears_sent_samples(receiver, encoding):
     news = Event()
-    receiver.on_news = news.set
+    receiver.listen(news.set)
     with LensSender(receiver.address, encoding) as sender:
         sender.send(LensSample(A, focus_distance_m=2.0, f_stop=2.8))
         sender.send(LensSample(A, focus_distance_m=1.5))

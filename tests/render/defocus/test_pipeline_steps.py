@@ -10,7 +10,7 @@ from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Method, Qu
 from heatlens.render.defocus.line_solver import SweepSolver
 from heatlens.render.defocus.pass_list import PASSES
 from heatlens.render.defocus.passes import DefocusPasses
-from heatlens.render.defocus.pipeline import DefocusPipeline
+from heatlens.render.defocus.pipeline import DefocusPipeline, LayerCallback
 from heatlens.render.defocus.reduced_plate import PlateTextures
 from heatlens.render.defocus.steps import ONLY
 from heatlens.render.frame_renderer import run_all_steps
@@ -26,7 +26,10 @@ class Rig:
 
     def __init__(self, ctx) -> None:
         self.plate = plate_of(*room(*SIZE))
-        self.pipeline = DefocusPipeline(ctx, DefocusPasses(ctx, SweepSolver(ctx)))
+        self.pipeline = DefocusPipeline(
+            ctx, DefocusPasses(ctx, SweepSolver(ctx)), lambda: self.on_layer
+        )
+        self.on_layer: LayerCallback | None = None
         self.color, self.depth = new_texture(ctx, SIZE, 4), new_texture(ctx, SIZE, 1)
         upload(self.color, self.plate.color)
         upload(self.depth, self.plate.depth_m)
@@ -41,9 +44,9 @@ class Rig:
     def collect_progress(self, *steps: object, **options: bool) -> list[tuple[int, int]]:
         """Run all steps and return the reported progress as (layers done, number of layers)."""
         reports = []
-        self.pipeline.on_layer = lambda done, layers: reports.append((done, layers))
+        self.on_layer = lambda done, layers: reports.append((done, layers))
         list(self.steps(*steps, **options))
-        self.pipeline.on_layer = None
+        self.on_layer = None
         return reports
 
 

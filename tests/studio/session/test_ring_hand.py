@@ -1,5 +1,6 @@
 """The lens follows the ring; a value set in the window stays until the ring is turned again."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -17,6 +18,10 @@ class FakeReceiver:
 
     def __init__(self) -> None:
         self.now = SourceState(None, (), 0.0, 0.0, 0)
+        self.on_news = lambda: None
+
+    def listen(self, on_news: Callable[[], None]) -> None:
+        self.on_news = on_news
 
     def source_state(self, source: str | None = None) -> SourceState:
         return self.now

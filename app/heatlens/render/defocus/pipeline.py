@@ -86,19 +86,26 @@ from heatlens.render.gpu.device import Device, Texture
 
 # These methods handle a different focus for each color themselves.
 SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)
+LayerCallback = Callable[[int, int], None]  # called with the layers done and their number
 
 
 class DefocusPipeline:
     """Renders a picture with depth of field from color and depth, in its own textures."""
 
-    def __init__(self, ctx: Device, passes: DefocusPasses) -> None:
+    def __init__(
+        self,
+        ctx: Device,
+        passes: DefocusPasses,
+        layer_callback: Callable[[], LayerCallback | None] = lambda: None,
+    ) -> None:
+        """Create it; `layer_callback` returns what to call after each layer, None for nothing."""
         self._ctx = ctx
         self._passes = passes
         self.scratch = Scratch(ctx)
         self._reduced = ReducedPlate(ctx, passes.proxy, passes.proxy_lists)
         self._color_rounds = ColorRounds(passes.colors)
         self._layered = LayeredBlur(passes, self.scratch, self._report_progress)
-        self.on_layer: Callable[[int, int], None] | None = None  # called with layers done and total
+        self._layer_callback = layer_callback
 
     def steps(
         self,
@@ -235,11 +242,10 @@ class DefocusPipeline:
 
     def _report_progress(self, done: int, layers: int) -> None:
         """Report the layers that are done; wait for the GPU only if there is a callback."""
-        if self.on_layer is not None:
+        on_layer = self._layer_callback()
+        if on_layer is not None:
             self._ctx.finish()
-            self.on_layer(
-                self._color_rounds.done * layers + done, self._color_rounds.count * layers
-            )
+            on_layer(self._color_rounds.done * layers + done, self._color_rounds.count * layers)
 
     def forget_plate(self) -> None:
         """Forget the reduced plate, because the plate's textures have new content."""

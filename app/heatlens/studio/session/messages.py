@@ -7,6 +7,7 @@ import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Self
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.outside_text import printable
@@ -49,14 +50,19 @@ class Passing(str):
     """A message that is shown only while it is true."""
 
     __slots__ = ("is_true",)
-    is_true: Callable[[], bool]
+
+    def __new__(cls, sentence: str, _is_true: Callable[[], bool]) -> Self:
+        """Return the sentence."""
+        return super().__new__(cls, sentence)
+
+    def __init__(self, _sentence: str, is_true: Callable[[], bool]) -> None:
+        """Show it until `is_true` returns False."""
+        self.is_true = is_true
 
 
 def passing_message(sentence: str, is_true: Callable[[], bool]) -> Passing:
     """Return a message that disappears as soon as `is_true` returns False."""
-    message = Passing(sentence)
-    message.is_true = is_true
-    return message
+    return Passing(sentence, is_true)
 
 
 @contextmanager

@@ -121,11 +121,12 @@ class Session:
         self.source = source = OpenSource(renderer, wake, start.stream, command_line.placing_of)
         default_shot = Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus)
         self.editing = editing = Editing(
-            default_shot, say, lambda: source.is_sequence, front_end.other_holder
+            *(default_shot, say, lambda: source.is_sequence, front_end.other_holder),
+            lambda old_shot, new_shot: self.scenes.size.reframe(old_shot, new_shot),
         )
         shared = Shared(source, editing, self.preferences, command_line, say, self.say_error, wake)
         self.scenes = SceneCommands(shared)
-        timeline = Timeline(shared)
+        timeline = Timeline(shared, lambda: self.files.reel.play_next_shot())
         self.pictures = pictures = PictureDesk(shared, timeline, frames_folder)
         speed = Speed(is_software=is_software, has_window=front_end.has_window)
         self.lens = lens = LensDesk(shared)

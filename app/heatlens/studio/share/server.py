@@ -86,7 +86,7 @@ class ShareServer:
         # the first. Measured with 120 pictures of 1920x1080 in three sizes: 144 MB with six
         # threads, 95 MB with one.
         self._loop.set_default_executor(ThreadPoolExecutor(1, thread_name_prefix="encoder"))
-        self._shared.announce = self._announce
+        self._shared.listen(self._announce)
         self._thread.start()
         self._started_event.wait(_START_S)
         if self._problem is not None:
@@ -103,7 +103,7 @@ class ShareServer:
 
     def close(self) -> None:
         """End the connections, and stop listening."""
-        self._shared.announce = lambda: None
+        self._shared.stop_listening()
         if self._thread.is_alive():
             with suppress(RuntimeError):  # it has ended meanwhile
                 self._loop.call_soon_threadsafe(self._end_event.set)

@@ -69,7 +69,6 @@ class SharedSession:
     """The present state and picture of a shared session, and the messages of its pages.
 
     wake           makes the session's loop turn; the server calls it
-    announce       notifies the server that something was published; the loop calls it
     state          the state that pages show, by entry; a new object for every change
     picture        the newest picture; None before the first
     ready_clients  the number of clients that could take a newer picture now
@@ -78,7 +77,6 @@ class SharedSession:
     """
 
     wake: Callable[[], None] = _do_nothing
-    announce: Callable[[], None] = _do_nothing
     hands: Hands = field(default_factory=Hands)
     state: Mapping[str, object] = field(default_factory=dict)
     picture: Picture | None = None
@@ -86,9 +84,18 @@ class SharedSession:
     client_count: int = 0
     is_behind: bool = False
     _messages: deque[_PageMessage] = field(default_factory=deque)
+    _announce: Callable[[], None] = _do_nothing
     _is_page_acting: bool = False  # a message of a page is being carried out
 
     # For the server
+
+    def listen(self, announce: Callable[[], None]) -> None:
+        """Call `announce` on the loop's thread whenever something is published."""
+        self._announce = announce
+
+    def stop_listening(self) -> None:
+        """Call nothing from now on."""
+        self._announce = _do_nothing
 
     def queue_message(self, hand: str, message: dict[str, object], reply: Reply) -> None:
         """Hand a page's message to the loop; `reply` gets a problem if it cannot be followed."""
@@ -136,4 +143,4 @@ class SharedSession:
         """Replace state and picture for the clients; the announcement wakes the server."""
         if state != self.state or picture is not self.picture:
             self.state, self.picture = state, picture
-            self.announce()
+            self._announce()

@@ -159,7 +159,7 @@ class LensReceiver(SampleCollector, RingInput):
             self._wake.close()
 
     def _receive_waiting(self) -> None:
-        """Handle all waiting datagrams, and call `on_news` once."""
+        """Handle all waiting datagrams, and tell once who listens."""
         previous_version = self.sources.version
         for _ in range(_DATAGRAMS_AT_ONCE):
             try:
@@ -167,8 +167,8 @@ class LensReceiver(SampleCollector, RingInput):
             except OSError:  # no datagram is left, or the network reports a lost one
                 break
             self.accept_datagram(datagram, sender)
-        if self.sources.version != previous_version and self.on_news is not None:
-            self.on_news()
+        if self.sources.version != previous_version and self._on_news is not None:
+            self._on_news()
 
 
 _CONTROL_MOST, _BEND_MOST = 127.0, 16383.0

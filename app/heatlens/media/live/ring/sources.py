@@ -215,14 +215,17 @@ class RingInput(Closing):
 
     address   the address or name of the device, for the user
     sources   what each source has sent
-    on_news   called after each sample, on any thread
     """
 
     address: object
     sources: RingSources
-    on_news: Callable[[], None] | None = None
+    _on_news: Callable[[], None] | None = None
     refused = 0  # number of invalid datagrams
     fault: str | None = None  # why the last datagram was refused
+
+    def listen(self, on_news: Callable[[], None]) -> None:
+        """Call `on_news` after each later sample, on any thread."""
+        self._on_news = on_news
 
     @property
     def lost(self) -> int:
@@ -234,7 +237,7 @@ class RingInput(Closing):
         return self.sources.source_state(source)
 
     def seconds_until_due(self) -> float | None:
-        """Return the seconds until the window must poll the input; None if `on_news` wakes it."""
+        """Return the seconds until the window must poll the input; None if news wake it."""
         return None
 
 
@@ -252,10 +255,10 @@ class Controls(RingInput):
         self.sources = RingSources(clock, silent_after_s)
 
     def store_channels(self, source: str, channels: Mapping[str, float]) -> None:
-        """Store values of channels and call `on_news`."""
+        """Store values of channels, and tell who listens."""
         self.sources.add_sample(LensSample(source, channels=dict(channels)))
-        if self.on_news is not None:
-            self.on_news()
+        if self._on_news is not None:
+            self._on_news()
 
 
 class PadInput(Controls):

@@ -52,7 +52,6 @@ class OpenReel(Commands, Worker):
     ) -> None:
         super().__init__(shared)
         self._documents, self._playback = documents, playback
-        playback.next_shot = self._play_next_shot
         self._reader: Background[_LoadedReel] = Background(self._wake)
         self.path: Path | None = None
         self.reel: Reel | None = None
@@ -102,7 +101,7 @@ class OpenReel(Commands, Worker):
             self._available_numbers[0],
         )
 
-    def _play_next_shot(self) -> bool:
+    def play_next_shot(self) -> bool:
         """Play on in the next shot; return False if there is no other, or another file is open."""
         if self._requested_shot is not None:
             return True

@@ -105,7 +105,7 @@ class RingHand(Worker):
         self._last_values: dict[str, float] = {}
         self._was_silent = False
         if receiver is not None:
-            receiver.on_news = self._note_news
+            receiver.listen(self._note_news)
 
     def _note_news(self) -> None:
         """Wake the window if the latest sample differs; called on the receiver's thread."""

@@ -23,7 +23,6 @@ class SizeKeeping(Commands):
         self._chosen: str | None = None
         # The shot of a plate, and the focal length that was requested but cannot be reached.
         self._requested_length: tuple[Shot, float] | None = None
-        self._editing.reframe = self._reframe
 
     @property
     def chosen(self) -> str | None:
@@ -84,7 +83,7 @@ class SizeKeeping(Commands):
     # therefore moves along its axis until the mark is as large as before; every change of the focal
     # length passes through here. A plate has no camera that could move: that is reported, and the
     # crop shows what would be seen.
-    def _reframe(self, old_shot: Shot, new_shot: Shot) -> Shot:
+    def reframe(self, old_shot: Shot, new_shot: Shot) -> Shot:
         """Return the changed shot with the camera moved so that the chosen mark keeps its size."""
         frame = self._editing.frame
         length_mm = new_shot.lens_at(frame).focal_length_mm

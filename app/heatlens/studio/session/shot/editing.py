@@ -42,12 +42,14 @@ class Editing:
         say: Callable[[str], None],
         is_sequence: Callable[[], bool] = lambda: False,
         other_holder: Callable[[], str] = lambda: "",
+        reframe: Callable[[Shot, Shot], Shot] = lambda _, after: after,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         """Begin with `shot`; `is_sequence` returns True if the source has several frames.
 
         `other_holder` takes the lens for the user, and returns the name of another user who has it;
-        "" if nobody else has.
+        "" if nobody else has. `reframe` returns the shot to have after a change of the lens, from
+        the shots before and after it.
         """
         self._is_sequence = is_sequence
         self.history = History.of(shot)
@@ -61,9 +63,7 @@ class Editing:
         self._say = say
         self.clock = clock
         self._changed_at = 0.0
-        # Returns the shot to have after the lens was changed, from the shots before and after.
-        self.reframe: Callable[[Shot, Shot], Shot] = lambda _, after: after
-        self._other_holder = other_holder
+        self._other_holder, self._reframe = other_holder, reframe
 
     @property
     def frame(self) -> int:
@@ -169,7 +169,7 @@ class Editing:
                 lens = self._record_performance(lens, old_lens)
             lens_without_trial = self._without_trial(lens)
             if lens_without_trial != self._keyed_lens:
-                self.edit(self.reframe(self.shot, self._with_lens(lens_without_trial)))
+                self.edit(self._reframe(self.shot, self._with_lens(lens_without_trial)))
             self._trial_lens = None if lens_without_trial == lens else lens
             self._explain_change(old_lens, lens)
 

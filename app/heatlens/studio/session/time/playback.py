@@ -29,13 +29,17 @@ class Playback:
     next_shot       plays on in the next shot of a reel; returns False if there is none
     """
 
-    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
+    def __init__(
+        self,
+        clock: Callable[[], float] = time.perf_counter,
+        next_shot: Callable[[], bool] = lambda: False,
+    ) -> None:
         self._clock = clock
         self.is_every_frame = True
         self.ending = Ending.LOOP
         self.direction = 0
         self.is_new_shot = False
-        self.next_shot: Callable[[], bool] = lambda: False
+        self.next_shot = next_shot
         self._frame_time_s = 0.0  # time of the clock at which the current frame was due
 
     def play(self, direction: int, frame: int, frames: FrameRange) -> int:

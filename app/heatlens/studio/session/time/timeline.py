@@ -74,9 +74,10 @@ _MAX_FRAMES = 1_000_000  # largest number of frames of a shot
 class Timeline(Commands):
     """The frames of the open source, and the commands that move the playhead."""
 
-    def __init__(self, shared: Shared) -> None:
+    def __init__(self, shared: Shared, next_shot: Callable[[], bool] = lambda: False) -> None:
+        """Begin at frame 0; `next_shot` plays on in the next shot of a reel, see `Playback`."""
         super().__init__(shared)
-        self.playback = Playback()
+        self.playback = Playback(next_shot=next_shot)
         self.missing: MissingPolicy = "hold"
         self.direction: Literal[1, -1] = 1  # direction of the latest movement
         self._states = FrameStates()
