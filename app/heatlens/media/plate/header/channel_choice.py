@@ -88,8 +88,7 @@ def choose_color(
         if layer_name is None:
             raise InputError(
                 f"{path} has no RGB layer {layer!r} for --color-layer; it has: "
-                f"{join_names(layers)}."
-                f"{suggest_similar(layer, layers)}"
+                f"{join_names(layers)}.{suggest_similar(layer, layers)}"
             )
         return _check_no_chroma(path, headers, layers[layer_name])
     if not layers:
