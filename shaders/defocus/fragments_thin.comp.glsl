@@ -11,7 +11,9 @@
 //   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel, as fragments_find.comp.glsl leaves them
 //   pixel list    the rims that may be those of hair (fragments_own.comp.glsl, fragments_far.comp.glsl)
 // In and out; far rim pixels are read and written, near rim pixels only written
-//   far_img, near_img    as fragments_far.comp.glsl and fragments_near.comp.glsl write them
+//   far_img, near_img    as fragments_far.comp.glsl and fragments_near.comp.glsl write them:
+//     far rim    far_img rgb the far surface, a coverage of the near one; near_img rgb the near surface, a its coc
+//     near rim   far_img rgb the near surface, a its coverage; near_img rgb 0, a coc of the surface behind
 
 #include "lib/pixel_list.lib.glsl"
 #include "lib/rim.lib.glsl"

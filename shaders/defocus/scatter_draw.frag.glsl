@@ -4,6 +4,8 @@
 // Outputs (added up for all discs of a bin of depth)
 //   out_light   rgba of the picture's pixel, times the share
 //   out_cover   r the share; that of green, if colors differ
+//
+// Cover (lib/aperture.lib.glsl) is a float, or a vec3 with COLORED, when the discs of the colors have different sizes.
 
 #include "lib/aperture.lib.glsl"
 

@@ -1,5 +1,6 @@
 // Adapts a system of one pole to a strategy that solves in parts (shaders/README.md, "The contract of a SYSTEM"). The
-// system has a single part; the arguments `part` and `pole` do not matter, and all of a pixel's input is its Link.
+// system has a single part, so that `part` is always 0 and is dropped. The input of a pixel is the same for every pole,
+// and is its whole Link.
 
 #define Link Input
 

@@ -39,6 +39,9 @@ def test_lens_at_of_shot_without_keys_is_its_lens():
     assert shot.lens_at(-5) is shot.lens_at(1001.5) is FIFTY
     other_lens = replace(FIFTY, f_stop=8.0)
     assert replace(shot, lens=other_lens).lens_at(1001) is other_lens
+
+
+def test_shot_has_the_defocus_settings_it_is_made_with():
     assert Shot(FIFTY, DefocusSettings(Bokeh.HEAT)).defocus.bokeh is Bokeh.HEAT
 
 

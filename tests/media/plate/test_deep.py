@@ -73,7 +73,7 @@ def test_read_plate_lists_deep_samples_behind_from_near_to_far(tmp_path):
     ]
     plate = read_plate(write_deep(tmp_path / "deep.exr", pixels, (1, 2)))
     has_front, distances, coverages = list_of_pixel(plate, 0)
-    assert not has_front
+    assert not has_front  # an opaque first sample is the plate's own pixel, and is not listed
     np.testing.assert_allclose(distances, [4, 9], rtol=1e-6)
     np.testing.assert_allclose(coverages, [0.5, 1])
     has_front, distances, coverages = list_of_pixel(plate, 1)

@@ -61,7 +61,7 @@ def test_focus_pull_past_flame_behind_leaf_has_no_jumps(ctx, renderer):
 def test_focus_pull_of_card_changing_its_layer_has_no_jumps(ctx, renderer):
     """Pull focus so that a card passes from the wall's layer to the one in front of it.
 
-    Moved within a seventh of the cut's transition, the card made this pull jump by 84.
+    When a card changed its layer within a seventh of the cut's transition, the unrest was 84.
     """
     y, x = np.mgrid[:HEIGHT, :WIDTH]
     card = (abs(x - WIDTH / 2 + 0.5) < 24) & (abs(y - HEIGHT / 2 + 0.5) < 20)

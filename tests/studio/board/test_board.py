@@ -1,4 +1,4 @@
-"""The door alone drives a session: values and JSON in, plain values out, no window anywhere."""
+"""The board alone drives a session: values and JSON in, plain values out, no window anywhere."""
 
 import json
 
@@ -30,74 +30,75 @@ def session(tmp_path):
 
 
 @pytest.fixture
-def door(session, tmp_path):
-    door = Board(session)
-    door.do(Open(write_plates(tmp_path)))
+def board(session, tmp_path):
+    board = Board(session)
+    board.do(Open(write_plates(tmp_path)))
     run_until_settled(session)
-    return door
+    return board
 
 
-def commands(door):
-    return {command.name: command for command in door.state().commands}
+def commands(board):
+    return {command.name: command for command in board.state().commands}
 
 
-def test_door_makes_and_saves_a_focus_pull(session, door, tmp_path):
-    first = door.state()
+def test_board_makes_and_saves_a_focus_pull(session, board, tmp_path):
+    first = board.state()
     assert first.source.endswith("walls.####.exr") and first.first < first.last
     assert first.size_px is not None and first.is_whole and first.near_m < first.far_m
-    door.do(FocusAt(1, 1))
-    near = door.state().lens.focus_distance_m
+    board.do(FocusAt(1, 1))
+    near = board.state().lens.focus_distance_m
     width, height = first.size_px
-    door.do(MarkAt(width - 2, height - 2))
-    (mark,) = door.state().marks
+    board.do(MarkAt(width - 2, height - 2))
+    (mark,) = board.state().marks
     assert mark.distance_m is not None and mark.distance_m != near
-    door.do(Pull(mark.name, 2))
-    door.do(Go(first.first + 2))
+    board.do(Pull(mark.name, 2))
+    board.do(Go(first.first + 2))
     run_until_settled(session)
-    assert door.state().lens.focus_distance_m == pytest.approx(mark.distance_m)
-    assert door.state().title.endswith("*")
-    door.do(Save(str(tmp_path / "walls.shot"), "save shot"))
+    assert board.state().lens.focus_distance_m == pytest.approx(mark.distance_m)
+    assert board.state().title.endswith("*")
+    board.do(Save(str(tmp_path / "walls.shot"), "save shot"))
     run_until_settled(session)
-    assert (tmp_path / "walls.shot").is_file() and not door.state().title.endswith("*")
+    assert (tmp_path / "walls.shot").is_file() and not board.state().title.endswith("*")
 
 
-def test_door_picture_number_changes_only_with_the_picture(session, door):
-    before = door.state().picture
-    assert door.state().picture == before
-    door.do(Focus(door.state().lens.focus_distance_m / 2))
+def test_board_picture_number_changes_only_with_the_picture(session, board):
+    before = board.state().picture
+    assert board.state().picture == before
+    board.do(Focus(board.state().lens.focus_distance_m / 2))
     run_until_settled(session)
-    assert door.state().picture > before
+    assert board.state().picture > before
 
 
-def test_door_runs_named_commands_and_reports_their_state(door):
-    assert commands(door)["Undo"].barred
-    before = door.state().lens
-    door.do("Open 1/3 stop")
-    run_loop_once(door._session)
-    assert door.state().lens.f_stop < before.f_stop
-    assert not commands(door)["Undo"].barred and commands(door)["Undo"].is_on is None
-    door.do("Undo")
-    assert door.state().lens == before
-    assert commands(door)["Depth of field"].is_on
-    door.do("Depth of field")
-    assert not commands(door)["Depth of field"].is_on and not door.state().view.depth_of_field
+def test_board_runs_named_commands_and_reports_their_state(board):
+    assert commands(board)["Undo"].barred
+    before = board.state().lens
+    board.do("Open 1/3 stop")
+    run_loop_once(board._session)
+    assert board.state().lens.f_stop < before.f_stop
+    assert not commands(board)["Undo"].barred and commands(board)["Undo"].is_on is None
+    board.do("Undo")
+    assert board.state().lens == before
+    assert commands(board)["Depth of field"].is_on
+    board.do("Depth of field")
+    assert not commands(board)["Depth of field"].is_on and not board.state().view.depth_of_field
 
 
-def test_door_answer_in_json_agrees_with_state_values(door):
-    answer = door.answer({"do": "Focus", "distance_m": 3.5})
+def test_board_answer_in_json_agrees_with_state_values(board):
+    answer = board.answer({"do": "Focus", "distance_m": 3.5})
     assert answer["state"]["lens"]["focus_distance_m"] == 3.5
-    answer = door.answer({"change": "lens", "f_stop": 2, "focal_length_mm": 35})
+    answer = board.answer({"change": "lens", "f_stop": 2, "focal_length_mm": 35})
     assert (answer["state"]["lens"]["f_stop"], answer["state"]["lens"]["focal_length_mm"]) == (
         2,
         35,
     )
-    answer = door.answer({"change": "blur", "quality": "draft"})
+    answer = board.answer({"change": "blur", "quality": "draft"})
     assert (
-        door.state().blur.quality is Quality.DRAFT and answer["state"]["blur"]["quality"] == "draft"
+        board.state().blur.quality is Quality.DRAFT
+        and answer["state"]["blur"]["quality"] == "draft"
     )
-    assert door.answer({"change": "view", "exposure_stops": 1.5})["state"]["view"]
-    assert door.state().view.exposure_stops == 1.5
-    assert json.loads(json.dumps(door.answer({}))) == door.answer({})
+    assert board.answer({"change": "view", "exposure_stops": 1.5})["state"]["view"]
+    assert board.state().view.exposure_stops == 1.5
+    assert json.loads(json.dumps(board.answer({}))) == board.answer({})
 
 
 @pytest.mark.parametrize(
@@ -121,18 +122,18 @@ def test_door_answer_in_json_agrees_with_state_values(door):
         ({"undo": True}, ["'do'"]),
     ],
 )
-def test_door_answers_wrong_message_with_problem_and_changes_nothing(door, message, words):
-    before = door._session.facts.shot
-    answer = door.answer(message)
+def test_board_answers_wrong_message_with_problem_and_changes_nothing(board, message, words):
+    before = board._session.facts.shot
+    answer = board.answer(message)
     assert set(answer) == {"problem"} and all(word in answer["problem"] for word in words)
-    assert door._session.facts.shot == before
+    assert board._session.facts.shot == before
 
 
 _LEAVES = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=6))
 _VALUES = st.recursive(_LEAVES, lambda inner: st.lists(inner, max_size=3), max_leaves=4)
 
 
-def test_door_answers_any_message_with_state_or_problem(session, door):
+def test_board_answers_any_message_with_state_or_problem(session, board):
     """Each random message gets a state or a problem; no exception leaves `answer`."""
     request_names = [
         name for name in REQUESTS if name not in ("Open", "Save")
@@ -151,49 +152,49 @@ def test_door_answers_any_message_with_state_or_problem(session, door):
 
     @given(message)
     def check_answer(message):
-        assert set(door.answer(message)) in ({"state"}, {"problem"})
+        assert set(board.answer(message)) in ({"state"}, {"problem"})
 
     check_answer()
     run_loop_once(session)
-    assert door.state().lens is not None
+    assert board.state().lens is not None
 
 
-def test_take_look_restores_lens_by_the_name_of_the_look(door):
-    door.do("Keep this look")
-    before = door.state()
-    door.do(Focus(1.25))
-    door.do(TakeLook(before.looks[0].name))
-    assert door.state().lens == before.lens
-    assert door.state().view.compare is Compare.OFF
-    door.do("Grid of looks")
-    assert door.state().view.compare is Compare.GRID
-    door.do(TakeLook(before.looks[0].name))
-    assert door.state().view.compare is Compare.OFF
-    door.do(TakeLook("none"))
-    assert door.state().is_problem and "none" in door.state().message
+def test_take_look_restores_lens_by_the_name_of_the_look(board):
+    board.do("Keep this look")
+    before = board.state()
+    board.do(Focus(1.25))
+    board.do(TakeLook(before.looks[0].name))
+    assert board.state().lens == before.lens
+    assert board.state().view.compare is Compare.OFF
+    board.do("Grid of looks")
+    assert board.state().view.compare is Compare.GRID
+    board.do(TakeLook(before.looks[0].name))
+    assert board.state().view.compare is Compare.OFF
+    board.do(TakeLook("none"))
+    assert board.state().is_problem and "none" in board.state().message
 
 
-def test_take_look_leaves_a_wipe_as_it_is(door):
-    door.do("Keep this look")
-    door.do("Wipe")
-    door.do(TakeLook(door.state().looks[0].name))
-    assert door.state().view.compare is Compare.WIPE
+def test_take_look_leaves_a_wipe_as_it_is(board):
+    board.do("Keep this look")
+    board.do("Wipe")
+    board.do(TakeLook(board.state().looks[0].name))
+    assert board.state().view.compare is Compare.WIPE
 
 
-def test_pull_goes_from_the_focus_of_now_to_the_named_mark_in_its_frames(door):
+def test_pull_goes_from_the_focus_of_now_to_the_named_mark_in_its_frames(board):
     """The window would offer the first mark, off all marks."""
     for at in ((8, 16), (40, 16)):
-        door.do(MarkAt(*at))
-    first = door.state().first
-    door.do(Focus(5.0))
-    door.do(Pull("B", 4))
+        board.do(MarkAt(*at))
+    first = board.state().first
+    board.do(Focus(5.0))
+    board.do(Pull("B", 4))
     distances_m = []
     for frame in (first, first + 4, first + 9):
-        door.do(Go(frame))
-        distances_m.append(door.state().lens.focus_distance_m)
+        board.do(Go(frame))
+        distances_m.append(board.state().lens.focus_distance_m)
     assert distances_m == pytest.approx([5.0, 8.0, 8.0])
-    door.do(Pull("B", 0))
-    assert door.state().message == "A pull must last at least 1 frame, not 0."
+    board.do(Pull("B", 0))
+    assert board.state().message == "A pull must last at least 1 frame, not 0."
 
 
 def test_next_shot_of_a_reel_steps_by_one_and_previous_back(session, monkeypatch):

@@ -1,4 +1,4 @@
-"""Each named command of the door does what its name says, and each switch tells its state."""
+"""Each named command of the board does what its name says, and each switch tells its state."""
 
 from dataclasses import replace
 
@@ -186,7 +186,7 @@ def test_command_without_a_bar_can_always_run():
     assert done == [1] and plain.why_not() == "" and plain.shown == "A"
 
 
-def test_documented_limits_of_door_and_pull_recording():
+def test_documented_limits_of_board_and_pull_recording():
     assert (window_door._CLIENTS_MOST, window_door._NAMES_MOST) == (64, 1000)
     assert window_door._REQUEST_MOST == 1 << 20
     assert window_door.door_path().stem.startswith("window-")

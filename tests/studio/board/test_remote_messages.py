@@ -9,26 +9,26 @@ from heatlens.studio.board.board import REMOTE_FIELDS, REQUESTS, Board
 
 
 @pytest.fixture
-def door(session):
+def board(session):
     return Board(session)
 
 
-def test_requests_that_name_a_file_are_not_remote(door):
+def test_requests_that_name_a_file_are_not_remote(board):
     remote = [name for name, kind in REQUESTS.items() if kind.is_remote]
     for name in remote:
         assert not {"path", "name", "folder"} & set(REQUESTS[name].__slots__) or name == "TakeLook"
     assert {"Open", "Save", "Export"}.isdisjoint(remote) and "Focus" in remote
 
 
-def test_commands_on_files_and_sources_are_not_remote(door):
+def test_commands_on_files_and_sources_are_not_remote(board):
     """Commands that open, write or delete files, or choose sources, are for the window only.
 
     A new command has to be put into one of the two sets.
     """
     kept = {"Render frames ahead", "Clear rendered frames", "Next shot", "Previous shot"}
-    own = {command.name for command in door.commands if command.menu == "File"}
-    remote = {command.name for command in door.remote_commands}
-    assert {command.name for command in door.commands} == remote | own | kept
+    own = {command.name for command in board.commands if command.menu == "File"}
+    remote = {command.name for command in board.remote_commands}
+    assert {command.name for command in board.commands} == remote | own | kept
     assert not remote & (own | kept)
 
 
@@ -60,10 +60,10 @@ def test_commands_on_files_and_sources_are_not_remote(door):
         ({}, None),
     ],
 )
-def test_check_refuses_with_the_sentence_what_pages_may_not_do(door, message, sentence):
+def test_check_refuses_with_the_sentence_what_pages_may_not_do(board, message, sentence):
     """Whatever it lets pass, such as an unknown kind of change, is for `follow` to refuse."""
     try:
-        door.check_remote(message)
+        board.check_remote(message)
     except InputError as error:
         assert str(error) == sentence
     else:
@@ -71,19 +71,19 @@ def test_check_refuses_with_the_sentence_what_pages_may_not_do(door, message, se
 
 
 @pytest.mark.parametrize("of", REMOTE_FIELDS)
-def test_pages_may_change_each_field_that_is_listed(door, of):
-    now = {"lens": door.state().lens, "blur": door.state().blur, "view": door.state().view}[of]
+def test_pages_may_change_each_field_that_is_listed(board, of):
+    now = {"lens": board.state().lens, "blur": board.state().blur, "view": board.state().view}[of]
     message = {"change": of} | {name: getattr(now, name) for name in REMOTE_FIELDS[of]}
-    door.check_remote(message)
+    board.check_remote(message)
     with pytest.raises(InputError, match="cannot change 'made_up'"):
-        door.check_remote(message | {"made_up": 1})
+        board.check_remote(message | {"made_up": 1})
 
 
-def test_commands_of_the_view_need_no_hand(door):
-    assert door.turns_lens({"do": "Focus"}) and door.turns_lens({"do": "Undo"})
-    assert not door.turns_lens({"do": "Thirds"})
-    assert door.turns_lens({"change": "lens"}) and not door.turns_lens({"change": "view"})
-    assert door.turns_lens({"do": "Fly"}) and not door.turns_lens({"do": "Wipe"})
+def test_commands_of_the_view_need_no_hand(board):
+    assert board.turns_lens({"do": "Focus"}) and board.turns_lens({"do": "Undo"})
+    assert not board.turns_lens({"do": "Thirds"})
+    assert board.turns_lens({"change": "lens"}) and not board.turns_lens({"change": "view"})
+    assert board.turns_lens({"do": "Fly"}) and not board.turns_lens({"do": "Wipe"})
 
 
 _VALUES = st.recursive(
@@ -96,8 +96,8 @@ _MESSAGES = st.dictionaries(st.sampled_from(["do", "change", "f_stop", "name", "
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(_MESSAGES)
-def test_check_refuses_any_wrong_object_with_a_sentence(door, message):
+def test_check_refuses_any_wrong_object_with_a_sentence(board, message):
     try:
-        door.check_remote(message)
+        board.check_remote(message)
     except InputError as error:
         assert str(error).endswith(".")

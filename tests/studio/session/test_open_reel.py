@@ -65,13 +65,13 @@ def test_reel_opens_first_shot_with_its_frames_of_the_cut(reel_session):
 
 
 def test_reel_steps_skip_missing_media_and_report_the_last_shot(reel_session):
-    open_reel, door = reel_session.files.reel, Board(reel_session)
-    door.do("Next shot")
+    open_reel, board = reel_session.files.reel, Board(reel_session)
+    board.do("Next shot")
     wait_for_shot_file(reel_session, "s3.heatlens.json")
     assert open_reel.number == 2
-    door.do("Next shot")
+    board.do("Next shot")
     assert open_reel.number == 2 and "last shot" in reel_session.messages.text
-    door.do("Previous shot")
+    board.do("Previous shot")
     run_until_settled(reel_session)
     assert open_reel.number == 0 and reel_session.editing.shot.in_out == CUT
     open_reel.go(1)
@@ -79,10 +79,10 @@ def test_reel_steps_skip_missing_media_and_report_the_last_shot(reel_session):
 
 
 def test_reel_step_saves_the_open_shot_file(reel_session, reel):
-    open_reel, door = reel_session.files.reel, Board(reel_session)
+    open_reel, board = reel_session.files.reel, Board(reel_session)
     open_reel.go(2)
     wait_for_shot_file(reel_session, "s3.heatlens.json")
-    door.do(Focus(5.0))
+    board.do(Focus(5.0))
     run_until_settled(reel_session)
     open_reel.go(0)
     run_until_settled(reel_session)
@@ -223,12 +223,12 @@ def test_shot_file_opened_outside_the_reel_has_its_own_in_out(reel_session, reel
 
 def test_reel_shot_without_a_file_keeps_its_edits_across_steps(cut, tmp_path):
     """It keeps its focus and its keys, and asks no question about recovery."""
-    open_reel, door = cut.files.reel, Board(cut)
-    door.do(Focus(3.0))
+    open_reel, board = cut.files.reel, Board(cut)
+    board.do(Focus(3.0))
     cut.files.reel.step(1)
     run_until(cut, lambda: cut.editing.shot.source == str(tmp_path / "b" / "walls.####.exr"), "b")
     run_until_settled(cut)
-    door.do("Set key")
+    board.do("Set key")
     open_reel.step(-1)
     run_until(cut, lambda: cut.editing.shot.source == str(tmp_path / "a" / "walls.####.exr"), "a")
     run_until_settled(cut)

@@ -14,19 +14,19 @@ from support.evening import begin_session, run_until_settled, write_plates
 
 
 @pytest.fixture
-def door(tmp_path):
+def board(tmp_path):
     session = begin_session(tmp_path / "preferences", write_plates(tmp_path))
     run_until_settled(session)
     yield Board(session)
     session.close()
 
 
-def answers_to(door, *messages):
+def answers_to(board, *messages):
     """Send messages of one page to the session; return the answers."""
     shared, answers = SharedSession(), []
     for message in messages:
         shared.queue_message("tablet 1", message, answers.append)
-    shared.follow_messages(door)
+    shared.follow_messages(board)
     return answers
 
 
@@ -54,33 +54,33 @@ def answers_to(door, *messages):
         {"do": "Focus", "distance_m": "near"},
     ],
 )
-def test_refused_page_message_is_answered_and_changes_nothing(door, message):
-    before = door.state()
-    (answer,) = answers_to(door, message)
+def test_refused_page_message_is_answered_and_changes_nothing(board, message):
+    before = board.state()
+    (answer,) = answers_to(board, message)
     assert answer.endswith((".", "'", "missing", ")")) or " " in answer
-    assert door.state() == before
+    assert board.state() == before
 
 
-def test_allowed_page_messages_change_lens_marks_and_view(door):
+def test_allowed_page_messages_change_lens_marks_and_view(board):
     answers = answers_to(
-        door,
+        board,
         {"do": "Focus", "distance_m": 2.5},
         {"change": "lens", "f_stop": 4},
         {"do": "Set mark here"},
         {"change": "view", "exposure_stops": 1},
     )
-    state = door.state()
+    state = board.state()
     assert answers == [] and (state.lens.focus_distance_m, state.lens.f_stop) == (2.5, 4)
     assert len(state.marks) == 1 and state.view.exposure_stops == 1
 
 
-def test_second_page_cannot_turn_the_lens_while_the_first_holds_it(door):
+def test_second_page_cannot_turn_the_lens_while_the_first_holds_it(board):
     shared, answers = SharedSession(), []
     shared.queue_message("Ann (1)", {"do": "Focus", "distance_m": 2.5}, answers.append)
     shared.queue_message("Bob (2)", {"do": "Focus", "distance_m": 9.0}, answers.append)
     shared.queue_message("Bob (2)", {"change": "view", "gamma": 1.1}, answers.append)
-    shared.follow_messages(door)
-    assert door.state().lens.focus_distance_m == 2.5 and door.state().view.gamma == 1.1
+    shared.follow_messages(board)
+    assert board.state().lens.focus_distance_m == 2.5 and board.state().view.gamma == 1.1
     assert answers == ["Ann (1) has the lens."]
 
 
