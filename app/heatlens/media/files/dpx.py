@@ -35,7 +35,7 @@ def require_openimageio() -> ModuleType:
 
 
 def dpx_bytes(values: Stored, marks: Mapping[str, str]) -> bytes:
-    """Encode whole numbers of 10 bits (H, W, 3), with the marks as the name of the project."""
+    """Encode whole numbers of 10 bits (H, W, 3); the project name in the header keeps `marks`."""
     library = require_openimageio()
     height, width, channels = values.shape
     spec = library.ImageSpec(width, height, channels, library.UINT16)

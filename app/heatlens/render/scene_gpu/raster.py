@@ -143,7 +143,7 @@ class SceneRaster:
 
         Later draws then write nothing there.
 
-        `done` has the pixels of the picture, the view has its samples. `target` is bound.
+        `done` has a texel for each pixel, and the view several samples. `target` is bound.
         """
         self._ctx.draw_with(depth=DepthTest.ALWAYS)
         target.writes_color = False

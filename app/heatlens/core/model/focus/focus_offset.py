@@ -73,7 +73,7 @@ class FocusOffset:
         return replace(self, slope=slope, edge=edge)
 
     def uniforms(self, per_dioptre: float) -> dict[str, object]:
-        """Return the uniforms of focus_offset.lib.glsl, which has `per_dioptre` for a dioptre."""
+        """Return the uniforms of focus_offset.lib.glsl; `per_dioptre` is the coc of one dioptre."""
         slope = tuple(per_dioptre * term for term in self.slope)
         return {
             "focus_offset_slope": slope,

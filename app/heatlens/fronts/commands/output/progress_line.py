@@ -83,6 +83,7 @@ def paced_progress(
                 print_messages(f"this takes longer here, about {time_text(printed_s)} in all")
 
         def report_step(sentence: str) -> None:
+            # A step of the plan is shown with the time left; other sentences are messages.
             if pace.begin(sentence):
                 print_longer_time()
                 position = (

@@ -63,7 +63,7 @@ class ColorChoice:
         return default_view(self.config, display, self.attributes)
 
     def adapt_to_plate(self, view: ViewState, attributes: Mapping[str, object]) -> ViewState:
-        """Use the header of a plate; return `view` with its default, unless the user chose one."""
+        """Use the header of a plate; return `view` with its usual view, unless one was chosen."""
         old_default = self.usual_view(view.display)
         self.attributes = attributes
         return (
