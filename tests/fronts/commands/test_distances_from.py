@@ -78,6 +78,9 @@ def test_ring_focus_is_converted_from_measured_origin(start, sample_offset_mm, f
         def source_state(self, source: str | None) -> SourceState:
             return self.sources.source_state(source)
 
+        def listen(self, on_news: object) -> None:
+            """Do nothing: the sample is there before anybody listens."""
+
     ring = Ring()
     ring.sources = RingSources(lambda: 0.0)
     ring.sources.add_sample(

@@ -56,7 +56,7 @@ def run_bench(capsys, *words: str) -> str:
 # Layered pictures are limited as they are composited, by the blur where no layer is smaller than
 # the picture; the plates of the bench have no alpha, and their proxy is made once. Other methods
 # have one pass each.
-NOT_HERE = {"composite", "limits", "far parts", "alpha", "colours", "proxy"}
+NOT_HERE = {"composite", "limits", "far parts", "whole parts", "alpha", "colours", "proxy"}
 NOT_HERE |= {"gather", "scatter", "pyramid"}
 
 

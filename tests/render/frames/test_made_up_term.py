@@ -22,7 +22,7 @@ _NEW_FIELD = """
         0.0, "bow", "dioptres at the right edge", metavar="D", least=-5.0, most=5.0,
         label="bow", term="bow_dioptres",
     )"""
-_COC = {
+_FOCUS_OFFSET = {
     "    split: float = 0.0\n": "    split: float = 0.0\n    bow: Triple = (0.0, 0.0, 0.0)\n",
     "        return self.slope, self.edge\n": "        return self.slope, self.edge, self.bow\n",
     "tilted, split_part = (": "tilted, split_part, bow = (",
@@ -65,7 +65,7 @@ def copy(tmp_path_factory) -> Path:
     model = "app/heatlens/core/model"
     edits = {
         f"{model}/lens/opening_fields.py": {_FIELD: _NEW_FIELD + _FIELD},
-        f"{model}/focus/coc.py": _COC,
+        f"{model}/focus/focus_offset.py": _FOCUS_OFFSET,
         "shaders/lib/focus_offset.lib.glsl": _GLSL,
     }
     return copy_program(tmp_path_factory.mktemp("copy"), edits)
