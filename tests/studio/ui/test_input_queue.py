@@ -1,8 +1,10 @@
 """Input that comes faster than frames: repeated events are merged, and no other is lost."""
 
+from itertools import pairwise
+
 import glfw
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from imgui_bundle import imgui
 
@@ -220,6 +222,7 @@ _ACTS = st.lists(
 
 
 @given(acts=_ACTS)
+@example(acts=[K.d] * 4)
 def test_input_queue_loses_no_distinct_event_and_draws_few_frames(window_hand, acts):
     input_queue, session = window_hand, window_hand.gui.session
     view, history = session.facts.view, session.editing.history
@@ -232,7 +235,9 @@ def test_input_queue_loses_no_distinct_event_and_draws_few_frames(window_hand, a
         else:
             input_queue.tap(act)
             notches += (act == K.left_bracket) - (act == K.right_bracket)
-    assert input_queue.run_until_empty() <= len(acts) + 3
+    # A key that is tapped again can go down only in the frame after its release.
+    repeats = sum(a == b for a, b in pairwise(acts) if a not in ("move", "wheel"))
+    assert input_queue.run_until_empty() <= len(acts) + repeats + 3
     for key, field in _SWITCHES.items():
         is_other = acts.count(key) % 2 == 1
         assert getattr(session.facts.view, field) == (getattr(view, field) != is_other)
