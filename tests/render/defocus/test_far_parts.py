@@ -15,9 +15,9 @@ from heatlens.core.model.shot.settings import LAYERS_MAX, DefocusSettings, Quali
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.behind import with_behind
 from heatlens.media.plate.plate import Plate
-from heatlens.render.defocus.far_parts import FAR_FROM_PX, with_far_cut
-from heatlens.render.defocus.far_zones import tiles_near
 from heatlens.render.defocus.layer_cuts import layer_cuts
+from heatlens.render.defocus.overlap_zones import tiles_near
+from heatlens.render.defocus.part_views import FAR_FROM_PX, with_far_cut
 from heatlens.render.defocus.quality import unused_behind_notes
 from heatlens.render.gpu.shader_constants import FAR_BLOCK, TILE
 from support.lamps import HALF_ROUNDING
@@ -262,5 +262,5 @@ def test_views_of_near_tiles_give_same_light_as_whole_views(ctx, renderer, monke
     def whole(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]:
         return np.ones_like(tiles_near(blocks, margin_px))
 
-    monkeypatch.setattr("heatlens.render.defocus.far_zones.tiles_near", whole)
+    monkeypatch.setattr("heatlens.render.defocus.overlap_zones.tiles_near", whole)
     np.testing.assert_allclose(render_plate(renderer, plate, parts=7), near, atol=1e-3)

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.render.defocus.blur_pass import BlurTargets
 from heatlens.render.defocus.cutout_pass import SharpPart
-from heatlens.render.defocus.far_parts import FAR_FROM_PX, FarField, with_far_cut
 from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.highlight_pass import (
     HighlightBuffers,
@@ -30,6 +29,7 @@ from heatlens.render.defocus.layer_plan import LayerPlan, layer_plans
 from heatlens.render.defocus.listed_fragments import ListedFragments
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.part_fields import PartFields, SeenSurfaces
+from heatlens.render.defocus.part_views import FAR_FROM_PX, PartViews, with_far_cut
 from heatlens.render.defocus.passes import DefocusPasses
 from heatlens.render.defocus.pixel_list import list_bytes
 from heatlens.render.defocus.quality import kernel_for, layers_for
@@ -62,7 +62,7 @@ class LayeredPicture:
 
 
 def _plan_layers(
-    optics: Optics, settings: DefocusSettings, far: FarField | None, size: tuple[int, int]
+    optics: Optics, settings: DefocusSettings, far: PartViews | None, size: tuple[int, int]
 ) -> list[LayerPlan]:
     """Return the layers of a picture of this size, with a cut before the far field if any."""
     cuts = layer_cuts(optics.occupied_px, optics.gaps_px, layers_for(settings), settings.proxy)
@@ -118,7 +118,7 @@ class LayeredBlur:
             without_far = yield from self._composite_layers(
                 picture, optics, settings, None, sharp, "without far", second_turn
             )
-            self._passes.far_parts.mix(without_far, fading_far, out)
+            self._passes.part_views.mix(without_far, fading_far, out)
             yield self._scratch.end_pass("composite")
         if sharp is None:
             yield from self._parts.replace_around_near_surfaces(picture, optics, settings, out)
@@ -135,7 +135,7 @@ class LayeredBlur:
         picture: Fragments,
         optics: Optics,
         settings: DefocusSettings,
-        far: FarField | None,
+        far: PartViews | None,
         sharp: SharpPart | None,
         name: str,
         turn: Turn,
@@ -165,7 +165,7 @@ class LayeredBlur:
                     yield "composite"
             # The last layer behind the cut that `with_far_cut` made.
             if far is not None and plan.cut.near.at_px == FAR_FROM_PX * settings.proxy:
-                self._passes.far_parts.over(far, out)
+                self._passes.part_views.over(far, out)
             if sharp is not None:
                 nearer_px = _nearest_coc_px(plan.cut)
                 self._passes.cutout.over_layers(sharp, (nearer_px, farther_px), out)

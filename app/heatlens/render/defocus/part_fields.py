@@ -3,11 +3,11 @@
 from dataclasses import dataclass, replace
 
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
-from heatlens.render.defocus.far_parts import FAR_FROM_PX, FarField
-from heatlens.render.defocus.far_zones import FRONT_FROM_PX, FarSurfaces
 from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.listed_fragments import ListedFragments
 from heatlens.render.defocus.optics import Optics
+from heatlens.render.defocus.overlap_zones import FRONT_FROM_PX, PartSurfaces
+from heatlens.render.defocus.part_views import FAR_FROM_PX, PartViews
 from heatlens.render.defocus.passes import DefocusPasses
 from heatlens.render.defocus.quality import kernel_for, parts_for
 from heatlens.render.defocus.scratch import Scratch
@@ -36,7 +36,7 @@ class PartFields:
 
     def far_field(
         self, seen: SeenSurfaces, optics: Optics, settings: DefocusSettings, may_guess: bool
-    ) -> Steps[FarField | None]:
+    ) -> Steps[PartViews | None]:
         """Return the far field, blurred in parts of the lens; None if it is blurred in layers.
 
         It is blurred in layers if the settings, the lens or the surfaces do not allow parts. With
@@ -51,12 +51,12 @@ class PartFields:
             lists = yield from guess.steps(seen.color, seen.coc, optics, least_px, self._scratch)
         if lists is None or lists.is_open:  # parts need a picture without alpha
             return None
-        surfaces = FarSurfaces(seen.color, seen.coc, lists, least_px, is_guessed)
+        surfaces = PartSurfaces(seen.color, seen.coc, lists, least_px, is_guessed)
         return (yield from self._views(surfaces, optics, settings))
 
     # The views show all surfaces, so that they replace the picture after all layers. Highlights are
     # drawn over them later. FLIP of a window behind leaves, focused on the window: .0710 in layers,
-    # .0435 with views; on a person between them .0848 and .0445.
+    # .0408 with views; on a person between them .0848 and .0456.
     def replace_around_near_surfaces(
         self, picture: Fragments, optics: Optics, settings: DefocusSettings, out: Texture
     ) -> Steps[None]:
@@ -69,23 +69,23 @@ class PartFields:
         if lists is None or lists.is_open or not (is_near and _can_use_parts(optics, settings)):
             return
         field = yield from self._views(
-            FarSurfaces(picture.color, picture.coc, lists, None, fragments=picture),
+            PartSurfaces(picture.color, picture.coc, lists, None, fragments=picture),
             optics,
             settings,
         )
         if field is not None:
-            self._passes.far_parts.over(field, out)
+            self._passes.part_views.over(field, out)
 
     def _views(
-        self, surfaces: FarSurfaces, optics: Optics, settings: DefocusSettings
-    ) -> Steps[FarField | None]:
+        self, surfaces: PartSurfaces, optics: Optics, settings: DefocusSettings
+    ) -> Steps[PartViews | None]:
         """Return the mean view of all parts of the lens; None if surfaces overlap nowhere."""
         draft_kernel = kernel_for(replace(settings, quality=Quality.DRAFT))
         poles = self._passes.poles(
             self._scratch, f"{surfaces.name} poles", surfaces.coc.size, kernel_for(settings)
         )
         parts = parts_for(settings, surfaces.is_guessed)
-        steps = self._passes.far_parts.steps(
+        steps = self._passes.part_views.steps(
             surfaces, optics, parts, draft_kernel, poles, self._scratch
         )
         return (yield from steps)

@@ -121,8 +121,10 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "far parts",  # the views of parts of the lens behind the focus
-        _comp("far_links", "far_view", "far_sum", variants=({}, {"PART_VARIES": 1}))
-        | _comp("far_edges", "far_zone", "far_over", "far_mix", "guess_push", "guess_lists")
+        _comp("part_links", "part_view", "part_sum", variants=({}, {"PART_VARIES": 1}))
+        | _comp(
+            "overlap_edges", "overlap_zone", "part_over", "part_mix", "guess_push", "guess_lists"
+        )
         | _comp("guess_pull", variants=without_and_with("FIRST")),
         pass_costs.far_parts_bytes,
         _own_memory("far sum", "far zone"),
@@ -198,8 +200,8 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "whole parts",  # the views of parts of the lens around wide surfaces in front of the focus
-        _comp("far_links", "far_view", "far_sum", variants=_WHOLE_PARTS)
-        | _comp("far_edges", variants=({"ALL_DEPTHS": 1},)),
+        _comp("part_links", "part_view", "part_sum", variants=_WHOLE_PARTS)
+        | _comp("overlap_edges", variants=({"ALL_DEPTHS": 1},)),
         pass_costs.far_parts_bytes,
         _own_memory("whole sum", "whole zone"),
         private_memory=_own_memory("front view", "front coc")

@@ -3,7 +3,6 @@
 from heatlens.render.defocus.blur_pass import PACKED, BlurPass, pole_layers
 from heatlens.render.defocus.cutout_pass import CutoutPass
 from heatlens.render.defocus.far_guess import FarGuess
-from heatlens.render.defocus.far_parts import FarPartsPass
 from heatlens.render.defocus.fragment_pass import FragmentPass
 from heatlens.render.defocus.highlight_pass import (
     HighlightDrawPass,
@@ -20,6 +19,7 @@ from heatlens.render.defocus.layer_passes import (
 )
 from heatlens.render.defocus.line_solver import LineSolver
 from heatlens.render.defocus.other_methods import OtherMethods
+from heatlens.render.defocus.part_views import PartViewsPass
 from heatlens.render.defocus.plate_passes import (
     AlphaPass,
     CocPass,
@@ -53,7 +53,7 @@ class DefocusPasses:
         self.coc_fill = CocFillPass(solver)
         self.blur = BlurPass(solver)
         self.far_guess = FarGuess(ctx)
-        self.far_parts = FarPartsPass(ctx, self.blur, self.coc_fill)
+        self.part_views = PartViewsPass(ctx, self.blur, self.coc_fill)
         self.composite = CompositePass(ctx)
         self.cutout = CutoutPass(ctx)
         self.limits = LimitsPass(ctx)

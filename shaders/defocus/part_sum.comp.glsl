@@ -1,5 +1,5 @@
 // Adds the blurred view through a part of the lens to the sum of all parts, and empties the lists of
-// far_links.comp.glsl for the next part.
+// part_links.comp.glsl for the next part.
 //
 // Inputs
 //   view_tx   blurred view: rgb times the known share, a the known share

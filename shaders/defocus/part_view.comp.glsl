@@ -1,4 +1,4 @@
-// Draws the view through one part of the lens: the surfaces that have moved to each pixel (far_links.comp.glsl) are
+// Draws the view through one part of the lens: the surfaces that have moved to each pixel (part_links.comp.glsl) are
 // composited near to far. Surfaces at about the same depth add up to one. With ALL_DEPTHS, what is in front of the focus is
 // drawn into a picture of its own, because its blur spreads over what is in focus.
 //
@@ -6,8 +6,8 @@
 // of them with its bilinear weight. The known share of a pixel is the share that its surfaces cover.
 //
 // Inputs
-//   lib/far_fragments.lib.glsl   the surfaces, by number; coc is their diameter of blur in pixels
-//   head_buf, link_buf           the lists of the cells between pixels, see far_links.comp.glsl
+//   lib/part_surfaces.lib.glsl   the surfaces, by number; coc is their diameter of blur in pixels
+//   head_buf, link_buf           the lists of the cells between pixels, see part_links.comp.glsl
 //   lib/lens_part.lib.glsl       the part of the lens
 //   lib/tile_mask.lib.glsl       the tiles in which the view is needed
 // Outputs
@@ -17,7 +17,7 @@
 //   out_front_img        ALL_DEPTHS: rgb times coverage, a coverage of what is in front of the focus
 //   out_front_state_img  ALL_DEPTHS: r diameter of the part's disc there, g coverage
 
-#include "lib/far_fragments.lib.glsl"
+#include "lib/part_surfaces.lib.glsl"
 #include "lib/lens_part.lib.glsl"
 #include "lib/tile_mask.lib.glsl"
 
@@ -42,7 +42,7 @@ uniform float front_px;  // a surface with a smaller coc is in front of the focu
 #define LEAST_KNOWN 0.02     // least known share of a pixel with a view
 
 // The surfaces of the pixel, near to far.
-uint numbers[SURFACES_MAX];   // their numbers in lib/far_fragments.lib.glsl
+uint numbers[SURFACES_MAX];   // their numbers in lib/part_surfaces.lib.glsl
 vec2 surfaces[SURFACES_MAX];  // coc and share of the pixel
 int count;                    // how many there are
 
@@ -150,7 +150,7 @@ void main() {
     bool is_known = view.light.a > LEAST_KNOWN;
     imageStore(out_view_img, at, is_known ? vec4(view.light.rgb / view.light.a, 1.0) : vec4(0.0));
     float part_scale = lens_part_at(at, textureSize(coc_tx, 0)).z;
-    float coc = is_known ? view.coc : max(far_coc_at(at), 0.0);
+    float coc = is_known ? view.coc : max(first_coc_at(at), 0.0);
     imageStore(out_coc_img, at, vec4(part_scale * abs(coc)));
 #ifdef ALL_DEPTHS
     imageStore(out_front_img, at, front.light);

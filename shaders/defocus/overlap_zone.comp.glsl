@@ -1,4 +1,4 @@
-// Spreads the edges of far_edges.comp.glsl into zones, along rows or along columns: each block receives the largest
+// Spreads the edges of overlap_edges.comp.glsl into zones, along rows or along columns: each block receives the largest
 // reach^2 - distance^2 of the edges around it. Because these are squares, one pass along the rows and then one along
 // the columns give the exact result, with round zones.
 //
@@ -8,7 +8,7 @@
 //   axis           direction of the pass: (1, 0) along rows, (0, 1) along columns
 //   reach_blocks   distance in blocks beyond which no edge reaches
 // Output
-//   out_zone_img   rg as in zone_tx, spread: above 0 in a zone (far_over.comp.glsl)
+//   out_zone_img   rg as in zone_tx, spread: above 0 in a zone (part_over.comp.glsl)
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

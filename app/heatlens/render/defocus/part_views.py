@@ -1,8 +1,9 @@
-"""Blur surfaces behind the focus for each part of the lens, where different blurs overlap.
+"""Blur what each part of the lens sees, where surfaces of different blur overlap.
 
-The lens is cut into parts of equal area. The view of each part behind the focus is assembled from
-the known surfaces, so that they hide each other correctly, and diffused by the small disc of that
-part. The mean of all views replaces the layers behind the focus near the edges of such surfaces.
+The lens is cut into parts of equal area. The view of each part is assembled from the known
+surfaces, so that they hide each other correctly, and diffused by the small disc of that part. The
+mean of all views replaces the layers near the edges of such surfaces: behind the focus with views
+of what is behind it, and around wide near surfaces with views of all depths.
 """
 
 import math
@@ -16,12 +17,12 @@ from heatlens.core.model.lens.disc_shape import DiscShape
 from heatlens.core.model.shot.settings import LAYERS_MAX
 from heatlens.render.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
 from heatlens.render.defocus.far_guess import WORD_BYTES
-from heatlens.render.defocus.far_zones import FarSurfaces, FarZone, FarZones
 from heatlens.render.defocus.kernels import Kernel
 from heatlens.render.defocus.layer_cuts import Cut, LayerCut
 from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.lens_parts import lens_parts
 from heatlens.render.defocus.optics import Optics
+from heatlens.render.defocus.overlap_zones import OverlapZone, OverlapZones, PartSurfaces
 from heatlens.render.defocus.pixel_list import PixelBands
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
@@ -30,8 +31,8 @@ from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
 FAR_FROM_PX = 1.5  # coc, in pixels at full size, from which a surface belongs to the far field
 _SOFTNESS = 0.2  # half width of the transition at that cut, as a share of its coc
-_LINK_BYTES = 8  # bytes for each surface in far_links.comp.glsl
-# The layer in front of the focus, for the fill of its coc.
+_LINK_BYTES = 8  # bytes for each surface in part_links.comp.glsl
+# The layer in front of the focus, for the fill of its coc, which only asks on which side it is.
 _IN_FRONT = LayerCut(Cut(-math.inf, 0.0), Cut(-FAR_FROM_PX, 0.0), is_before_focus=True)
 # Known share of a pixel from which views are used. Where views of all depths do not know what is
 # behind a near surface, that surface alone would be too dark or too light: hair before a wall left
@@ -67,16 +68,16 @@ def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
 
 
 @dataclass(frozen=True)
-class FarField:
-    """The mean view of all parts of the lens behind the focus.
+class PartViews:
+    """The mean view of all parts of the lens.
 
-    total  RGBA: rgb times the known share of the pixel, and that share; the mean of all parts
-    zone   where the view is used in place of layers
+    total     RGBA: rgb times the known share of the pixel, and that share; the mean of all parts
+    zone      where the view is used in place of layers
     is_whole  the view shows all depths, and not only what is behind the focus
     """
 
     total: Texture
-    zone: FarZone
+    zone: OverlapZone
     is_whole: bool = False
 
 
@@ -117,7 +118,7 @@ class _ViewMemory:
     view   RGBA of the view; then the same, blurred
     coc    diameter of the part's disc at each pixel, in pixels
     front  what is in front of the focus, if the views show that too
-    heads  the last surface in the list of each pixel (far_links.comp.glsl)
+    heads  the last surface in the list of each pixel (part_links.comp.glsl)
     links  for each surface, the previous one of its list
     """
 
@@ -128,15 +129,15 @@ class _ViewMemory:
     front: _FrontMemory | None
 
     @staticmethod
-    def of(far_surfaces: FarSurfaces, scratch: Scratch) -> "_ViewMemory":
+    def of(surfaces: PartSurfaces, scratch: Scratch) -> "_ViewMemory":
         """Return the memory for a view of the size of the picture."""
-        (width, height), name = far_surfaces.coc.size, far_surfaces.name
+        (width, height), name = surfaces.coc.size, surfaces.name
         return _ViewMemory(
             scratch.texture(f"{name} view", (width, height), 4),
             scratch.texture(f"{name} coc", (width, height), 1),
             scratch.buffer(f"{name} heads", WORD_BYTES * (width + 1) * (height + 1)),
-            scratch.buffer(f"{name} links", _LINK_BYTES * far_surfaces.surface_count),
-            _FrontMemory.of((width, height), scratch) if far_surfaces.is_whole else None,
+            scratch.buffer(f"{name} links", _LINK_BYTES * surfaces.surface_count),
+            _FrontMemory.of((width, height), scratch) if surfaces.is_whole else None,
         )
 
     @property
@@ -146,7 +147,7 @@ class _ViewMemory:
 
     @property
     def drawn_images(self) -> dict[str, Texture]:
-        """The outputs of far_view.comp.glsl."""
+        """The outputs of part_view.comp.glsl."""
         images = {"out_view_img": self.view, "out_coc_img": self.coc}
         if self.front is not None:
             images |= {"out_front_img": self.front.view, "out_front_state_img": self.front.state}
@@ -154,7 +155,7 @@ class _ViewMemory:
 
     @property
     def summed_textures(self) -> dict[str, Texture]:
-        """The inputs of far_sum.comp.glsl."""
+        """The inputs of part_sum.comp.glsl."""
         front = {} if self.front is None else {"front_tx": self.front.view}
         return {"view_tx": self.view} | front
 
@@ -179,17 +180,17 @@ class _PartBlur:
 # 37 parts. Views that are only moved and averaged, without a blur, need 96 parts and are soft in
 # focus. The kernel of a draft is enough for a view, where little overlap is left: the picture
 # changes by .0003.
-class FarPartsPass:
-    """Renders the far field in parts, which replaces layers."""
+class PartViewsPass:
+    """Renders views of the parts of the lens, whose mean replaces layers."""
 
     def __init__(self, ctx: Device, blur: BlurPass, coc_fill: CocFillPass) -> None:
         self._ctx, self._blur, self._bands = ctx, blur, PixelBands(ctx)
         self._coc_fill = coc_fill
-        self._zones = FarZones(ctx)
+        self._zones = OverlapZones(ctx)
         self._programs: dict[tuple[str, bool, bool], ComputeProgram] = {}
 
     def _program(self, name: str, is_whole: bool = False, positions: int = 1) -> ComputeProgram:
-        """Return the program far_`name`, which is built when it is first used.
+        """Return the program part_`name`, which is built when it is first used.
 
         With several `positions`, the part of the lens varies over the picture.
         """
@@ -198,72 +199,72 @@ class FarPartsPass:
             defines = {"ALL_DEPTHS": 1} if is_whole else {}
             defines |= {"PART_VARIES": 1} if positions > 1 else {}
             self._programs[key] = ComputeProgram(
-                self._ctx, f"defocus/far_{name}.comp.glsl", defines
+                self._ctx, f"defocus/part_{name}.comp.glsl", defines
             )
         return self._programs[key]
 
     def steps(
         self,
-        far_surfaces: FarSurfaces,
+        surfaces: PartSurfaces,
         optics: Optics,
         parts: int,
         kernel: Kernel,
         poles: TextureArray,
         scratch: Scratch,
-    ) -> Steps[FarField | None]:
+    ) -> Steps[PartViews | None]:
         """Diffuse the view of each of the `parts` of the lens; return the mean view and its zone.
 
         `kernel` is the disc of a part, and `poles` is scratch memory for the blur. Return None if
         surfaces of different blur overlap nowhere, so that there is no zone.
         """
-        zone = self._zones.find(far_surfaces, optics, parts, scratch)
-        yield far_surfaces.pass_name
+        zone = self._zones.find(surfaces, optics, parts, scratch)
+        yield surfaces.pass_name
         if zone is None:
-            scratch.end_pass(far_surfaces.pass_name)
+            scratch.end_pass(surfaces.pass_name)
             return None
-        memory = _ViewMemory.of(far_surfaces, scratch)
-        total = scratch.texture(f"{far_surfaces.name} sum", far_surfaces.coc.size, 4)
+        memory = _ViewMemory.of(surfaces, scratch)
+        total = scratch.texture(f"{surfaces.name} sum", surfaces.coc.size, 4)
         blurring = _PartBlur(kernel, optics.disc, poles)
         for _ in self._add_view(memory, zone, total, None):  # begins the sum
-            yield far_surfaces.pass_name
-        for part in lens_parts(optics.disc, far_surfaces.coc.size, parts):
+            yield surfaces.pass_name
+        for part in lens_parts(optics.disc, surfaces.coc.size, parts):
             for steps in (
-                self._draw_view(far_surfaces, zone, part, memory),
+                self._draw_view(surfaces, zone, part, memory),
                 self._blur_view(memory, zone, blurring),
                 self._add_view(memory, zone, total, part),
             ):
                 for _ in steps:
-                    yield far_surfaces.pass_name
-        yield scratch.end_pass(far_surfaces.pass_name)
-        return FarField(total, zone, far_surfaces.is_whole)
+                    yield surfaces.pass_name
+        yield scratch.end_pass(surfaces.pass_name)
+        return PartViews(total, zone, surfaces.is_whole)
 
     def _draw_view(
         self,
-        far_surfaces: FarSurfaces,
-        zone: FarZone,
+        surfaces: PartSurfaces,
+        zone: OverlapZone,
         part: NDArray[np.float64],
         memory: _ViewMemory,
     ) -> Iterator[None]:
         """Write the view of one part of the lens, and the diameters of the discs of that part."""
-        uniforms = far_surfaces.uniforms | zone.tiles.uniforms | _part_uniforms(part)
-        front_limit = {"front_px": -FAR_FROM_PX} if far_surfaces.is_whole else {}
+        uniforms = surfaces.uniforms | zone.tiles.uniforms | _part_uniforms(part)
+        front_limit = {"front_px": -FAR_FROM_PX} if surfaces.is_whole else {}
         for name, own_uniforms, out_images in (
             ("links", {}, {}),
             ("view", front_limit, memory.drawn_images),
         ):
             yield from self._bands.run(
-                self._program(name, far_surfaces.is_whole, len(part)),
-                far_surfaces.coc.size,
+                self._program(name, surfaces.is_whole, len(part)),
+                surfaces.coc.size,
                 uniforms | own_uniforms,
-                textures=far_surfaces.textures,
+                textures=surfaces.textures,
                 images=out_images,
-                buffers=far_surfaces.lists.buffers | zone.buffers | memory.list_buffers,
+                buffers=surfaces.lists.buffers | zone.buffers | memory.list_buffers,
             )
 
     # What is in front of the focus is blurred as a layer of its own, because its blur spreads over
     # what is in focus, where the diffusion of one picture would stop.
     def _blur_view(
-        self, memory: _ViewMemory, zone: FarZone, blurring: "_PartBlur"
+        self, memory: _ViewMemory, zone: OverlapZone, blurring: "_PartBlur"
     ) -> Iterator[None]:
         """Blur the view of one part of the lens by the disc of that part."""
         yield from self._blur.steps(*blurring.of(memory.view, memory.coc), zone.tiles)
@@ -280,7 +281,11 @@ class FarPartsPass:
         yield from self._blur.steps(*blurring.of(front.view, front.coc), zone.tiles)
 
     def _add_view(
-        self, memory: _ViewMemory, zone: FarZone, total: Texture, part: NDArray[np.float64] | None
+        self,
+        memory: _ViewMemory,
+        zone: OverlapZone,
+        total: Texture,
+        part: NDArray[np.float64] | None,
     ) -> Iterator[None]:
         """Add the blurred view of a part to the sum; if `part` is None, begin the sum."""
         width, height = total.size
@@ -294,8 +299,8 @@ class FarPartsPass:
             buffers=zone.buffers | {"head_block": memory.heads},
         )
 
-    def over(self, field: FarField, out: Texture) -> None:
-        """Write the far field over its zones of `out`, which holds the layers behind the focus."""
+    def over(self, field: PartViews, out: Texture) -> None:
+        """Write the mean view over its zones of `out`, which holds the layers blurred so far."""
         self._program("over").dispatch(
             pixel_groups(out.size),
             textures={"sum_tx": field.total, "zone_tx": field.zone.blocks},
@@ -306,7 +311,7 @@ class FarPartsPass:
     # The picture changes gradually to the one with the far field, as the zones grow. A zone
     # anywhere adds the cut of the far field to the whole picture: without the mix, a slow focus
     # pull jumped by 5 levels when the first zone appeared, also far from the zone.
-    def mix(self, without: Texture, field: FarField, out: Texture) -> None:
+    def mix(self, without: Texture, field: PartViews, out: Texture) -> None:
         """Mix `out` with the picture without the far field, as far as its zones have grown."""
         self._program("mix").dispatch(
             pixel_groups(out.size),

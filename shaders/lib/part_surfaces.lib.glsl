@@ -72,7 +72,7 @@ float dioptres_of(float coc) { return max((coc - fragment_line.x) / fragment_lin
 #define LEAST_COVER 0.5    // coverage above which a fragment is the first surface of a pixel
 
 // Coc, in pixels, of the first surface along the ray of a pixel that the views show; -1 for none.
-float far_coc_at(ivec2 at) {
+float first_coc_at(ivec2 at) {
     at = clamp(at, ivec2(0), textureSize(coc_tx, 0) - 1);
     List list = list_at(at);
     float coc = texelFetch(coc_tx, at, 0).r;

@@ -1,10 +1,10 @@
-// Moves every surface to its position in the view through one part of the lens, and adds it to the list of the cell that it reaches there. far_view.comp.glsl draws the view from these lists. A surface just behind
+// Moves every surface to its position in the view through one part of the lens, and adds it to the list of the cell that it reaches there. part_view.comp.glsl draws the view from these lists. A surface just behind
 // one that covers the same pixel is hidden from every part, and is left out: together they would look like one surface
 // of their mean color.
 //
 // Inputs
 //   coc_tx    r signed coc (circle of confusion, diameter in pixels, negative in front of the focus)
-//   lib/far_fragments.lib.glsl   the surfaces: fragments of lists, and pixels of the picture, with one numbering
+//   lib/part_surfaces.lib.glsl   the surfaces: fragments of lists, and pixels of the picture, with one numbering
 //   lib/lens_part.lib.glsl       the part of the lens
 //   lib/tile_mask.lib.glsl       the tiles in which the lists are read
 // Outputs
@@ -14,7 +14,7 @@
 //   link_buf  for each surface: x the previous surface of its list plus 1, or 0; y its position inside the cell, two
 //             values from 0 to 1, packed
 
-#include "lib/far_fragments.lib.glsl"
+#include "lib/part_surfaces.lib.glsl"
 #include "lib/lens_part.lib.glsl"
 #include "lib/tile_mask.lib.glsl"
 

@@ -1,18 +1,18 @@
 // Finds the edges between surfaces of different blur behind the focus, and how far each edge reaches.
 //
 // Behind the focus, the picture is computed in two ways: in layers, and as the mean of views through parts of the
-// lens opening (far_view.comp.glsl). The mean of the views replaces the layers in zones around such edges
-// (far_over.comp.glsl). This pass gives the edges, and far_zone.comp.glsl spreads them into zones.
+// lens opening (part_view.comp.glsl). The mean of the views replaces the layers in zones around such edges
+// (part_over.comp.glsl). This pass gives the edges, and overlap_zone.comp.glsl spreads them into zones.
 //
 // Inputs
-//   lib/far_fragments.lib.glsl   the surfaces behind the focus; coc is their diameter of blur in pixels
+//   lib/part_surfaces.lib.glsl   the surfaces behind the focus; coc is their diameter of blur in pixels
 //   part_scale   diameter of a part of the lens over that of the whole lens
 // Output
 //   out_zone_img   for each block of FAR_BLOCK x FAR_BLOCK pixels the square of the reach in pixels, 0 or less if no
 //                  edge is in the block: r reach of the edges of wide surfaces, g of edges of surfaces so thin that
 //                  layers are more accurate there
 
-#include "lib/far_fragments.lib.glsl"
+#include "lib/part_surfaces.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -48,7 +48,7 @@ float step_between(float coc, float other, float least_step) {
 float width_along(ivec2 at, ivec2 direction, float coc) {
     float wide = 1.0;
     for (int k = 1; k < WIDE_PX; ++k)
-        wide = min(wide, 1.0 - step_between(coc, far_coc_at(at + k * direction), LEAST_STEP_PX / 2.0));
+        wide = min(wide, 1.0 - step_between(coc, first_coc_at(at + k * direction), LEAST_STEP_PX / 2.0));
     return wide;
 }
 
@@ -57,7 +57,7 @@ float width_along(ivec2 at, ivec2 direction, float coc) {
 float width_px(ivec2 at, ivec2 direction, float coc) {
     float width = 1.0, inside = 1.0;
     for (int k = 1; k < WIDTH_MOST; ++k) {
-        float step_px = abs(coc - far_coc_at(at + k * direction)), least_px = max(LEAST_STEP_PX / 2.0, SLOPE * abs(coc));
+        float step_px = abs(coc - first_coc_at(at + k * direction)), least_px = max(LEAST_STEP_PX / 2.0, SLOPE * abs(coc));
         inside *= 1.0 - weight_past(least_px, step_px);
         width += inside;
     }
@@ -67,7 +67,7 @@ float width_px(ivec2 at, ivec2 direction, float coc) {
 // Reach in pixels of the edge between a pixel and the next one along a direction, x for the edge of a wide surface in
 // front of the focus; -1 if there is none.
 vec2 reach_between(ivec2 at, float coc, ivec2 direction) {
-    float other = far_coc_at(at + direction), nearest = min(coc, other);
+    float other = first_coc_at(at + direction), nearest = min(coc, other);
     if (nearest >= 0.0) return vec2(-1.0);
     float reach = weight_past(nearest_px, -nearest) * step_between(coc, other, LEAST_STEP_PX);
     if (reach <= 0.0) return vec2(-1.0);
@@ -79,7 +79,7 @@ vec2 reach_between(ivec2 at, float coc, ivec2 direction) {
 // Reach in pixels of the edge between a pixel and the next one along a direction: x as the edge of a wide surface, y
 // as that of a thin one; -1 if there is no edge.
 vec2 reach_between(ivec2 at, float coc, ivec2 direction) {
-    float other = far_coc_at(at + direction), nearest = min(coc, other);  // behind the focus the nearer coc is smaller
+    float other = first_coc_at(at + direction), nearest = min(coc, other);  // behind the focus the nearer coc is smaller
     float reach = weight_past(nearest_px, nearest) * step_between(coc, other, LEAST_STEP_PX);
     if (nearest <= 0.0 || reach <= 0.0) return vec2(-1.0);
     reach *= max(coc, other) / 2.0 + MARGIN_PX;
@@ -96,7 +96,7 @@ void main() {
     for (int y = 0; y < FAR_BLOCK; ++y)
         for (int x = 0; x < FAR_BLOCK; ++x) {
             ivec2 at = block * FAR_BLOCK + ivec2(x, y);
-            float coc = far_coc_at(at);
+            float coc = first_coc_at(at);
 #ifndef ALL_DEPTHS
             if (coc <= 0.0) continue;
 #endif

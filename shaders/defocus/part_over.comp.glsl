@@ -2,9 +2,9 @@
 // soft edges.
 //
 // Inputs
-//   sum_tx          sum over the parts (far_sum.comp.glsl): rgb times the known share, a the known share, which is the
+//   sum_tx          sum over the parts (part_sum.comp.glsl): rgb times the known share, a the known share, which is the
 //                   share of the light for which some view shows a surface
-//   zone_tx         reach^2 - distance^2 in pixels^2 (far_zone.comp.glsl), above 0 in a zone, one texel for FAR_BLOCK x
+//   zone_tx         reach^2 - distance^2 in pixels^2 (overlap_zone.comp.glsl), above 0 in a zone, one texel for FAR_BLOCK x
 //                   FAR_BLOCK pixels: r zones of wide surfaces, which are replaced, g zones of thin surfaces, in which
 //                   the layers stay
 // In and out

@@ -19,8 +19,8 @@ from heatlens.render.gpu.device import Device, StorageBuffer, Texture
 from heatlens.render.gpu.program import ComputeProgram, blocks_for, pixel_groups
 from heatlens.render.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE_PX_2, TILE
 
-_MARGIN_PX = 4.0  # as in far_edges.comp.glsl
-_FEATHER_PX = 2 * FAR_BLOCK  # far_over.comp.glsl uses the parts so far beyond a zone
+_MARGIN_PX = 4.0  # as in overlap_edges.comp.glsl
+_FEATHER_PX = 2 * FAR_BLOCK  # part_over.comp.glsl uses the parts so far beyond a zone
 # Least coc of both surfaces at an edge that makes a zone, and coc below which layers show thin
 # surfaces better: a guess is worth less, and knows nothing of what a thin surface hides.
 _KNOWN_EDGES: dict[str, object] = {"nearest_px": 0.0, "thin_coc_px": 4.5}
@@ -31,7 +31,7 @@ _ALL_PX = -1e30  # smaller than every coc
 
 
 @dataclass(frozen=True)
-class FarSurfaces:
+class PartSurfaces:
     """The surfaces that the parts of the lens see: those in the picture, and those behind them.
 
     color       RGBA of the picture without highlights
@@ -80,7 +80,7 @@ class FarSurfaces:
 
     @property
     def textures(self) -> dict[str, Texture]:
-        """The textures of lib/far_fragments.lib.glsl."""
+        """The textures of lib/part_surfaces.lib.glsl."""
         own_textures = {"color_tx": self.color, "coc_tx": self.coc}
         return own_textures if self.fragments is None else self.fragments.textures()
 
@@ -92,7 +92,7 @@ class FarSurfaces:
 
     @property
     def uniforms(self) -> dict[str, object]:
-        """The uniforms of lib/far_fragments.lib.glsl."""
+        """The uniforms of lib/part_surfaces.lib.glsl."""
         own_uniforms: dict[str, object] = {
             "least_px": _ALL_PX if self.least_px is None else self.least_px,
             "front_first": self.front_first,
@@ -101,11 +101,11 @@ class FarSurfaces:
 
 
 @dataclass(frozen=True)
-class FarZone:
+class OverlapZone:
     """Where parts of the lens replace layers.
 
     blocks  for each block, the square of the reach of edges less the squared distance to them,
-            pixels^2 (far_over.comp.glsl)
+            pixels^2 (part_over.comp.glsl)
     tiles   the tiles in which the view of a part is needed
     growth  how far the zones have grown since they appeared, above 0 up to 1
     """
@@ -120,7 +120,7 @@ class FarZone:
         return {"tile_mask_block": self.tiles.words}
 
 
-class FarZones:
+class OverlapZones:
     """Finds the zones in which parts of the lens replace layers."""
 
     def __init__(self, ctx: Device) -> None:
@@ -128,21 +128,21 @@ class FarZones:
         self._programs: dict[tuple[str, bool], ComputeProgram] = {}
 
     def find(
-        self, far_surfaces: FarSurfaces, optics: Optics, parts: int, scratch: Scratch
-    ) -> FarZone | None:
+        self, surfaces: PartSurfaces, optics: Optics, parts: int, scratch: Scratch
+    ) -> OverlapZone | None:
         """Return the zones for `parts` parts of the lens, or None if there are none.
 
         It waits for the GPU.
         """
-        blocks = self._spread_edges(far_surfaces, optics, parts, scratch)
+        blocks = self._spread_edges(surfaces, optics, parts, scratch)
         excess_px_2 = np.frombuffer(blocks.read(), np.float32).reshape(*blocks.size[::-1], 2)
         in_zone = (excess_px_2[..., 0] > 0.0) & (excess_px_2[..., 1] < FAR_WHOLE_PX_2)
         if not in_zone.any():
             return None
-        radius_px = max(optics.disc.half_extents) * far_surfaces.widest_px(optics) / 2
-        margin_px = radius_px * _part_scale(far_surfaces, parts) + _FEATHER_PX
+        radius_px = max(optics.disc.half_extents) * surfaces.widest_px(optics) / 2
+        margin_px = radius_px * _part_scale(surfaces, parts) + _FEATHER_PX
         growth = min(float(excess_px_2[..., 0].max()) / FAR_WHOLE_PX_2, 1.0)
-        return FarZone(blocks, self._find_tiles(in_zone, far_surfaces, margin_px, scratch), growth)
+        return OverlapZone(blocks, self._find_tiles(in_zone, surfaces, margin_px, scratch), growth)
 
     # Parts are used in zones only, because for the whole picture they were worse than layers where
     # surfaces do not overlap (a corridor: FLIP .0261, in zones .0174, in layers alone .0167). The
@@ -151,26 +151,26 @@ class FarZones:
     # passed their limits; zones that begin as whole blocks made a slow focus pull flash by up to
     # 14.6 levels.
     def _spread_edges(
-        self, far_surfaces: FarSurfaces, optics: Optics, parts: int, scratch: Scratch
+        self, surfaces: PartSurfaces, optics: Optics, parts: int, scratch: Scratch
     ) -> Texture:
         """Find the edges of surfaces of different blur, and spread their reach over the blocks.
 
         Return RG of a pixel for each block of FAR_BLOCK x FAR_BLOCK pixels: the square of the reach
         of edges less the squared distance to them, pixels^2; red for wide surfaces, green for thin.
         """
-        size = blocks_for(far_surfaces.coc.size, FAR_BLOCK)
-        name = far_surfaces.name
+        size = blocks_for(surfaces.coc.size, FAR_BLOCK)
+        name = surfaces.name
         zone, zone_rows = (scratch.texture(f"{name} {it}", size, 2) for it in ("zone", "zone rows"))
-        self._program("edges", far_surfaces.defines).dispatch(
+        self._program("edges", surfaces.defines).dispatch(
             pixel_groups(size),
-            textures=far_surfaces.textures,
+            textures=surfaces.textures,
             images={"out_zone_img": zone},
-            buffers=far_surfaces.lists.buffers,
-            uniforms=far_surfaces.uniforms
-            | {"part_scale": _part_scale(far_surfaces, parts)}
-            | _edge_uniforms(far_surfaces),
+            buffers=surfaces.lists.buffers,
+            uniforms=surfaces.uniforms
+            | {"part_scale": _part_scale(surfaces, parts)}
+            | _edge_uniforms(surfaces),
         )
-        widest_px = -optics.nearest_px if far_surfaces.is_whole else optics.farthest_px
+        widest_px = -optics.nearest_px if surfaces.is_whole else optics.farthest_px
         reach_px = max(optics.disc.half_extents) * widest_px / 2 + _MARGIN_PX
         reach = {"reach_blocks": min(math.ceil(reach_px / FAR_BLOCK), max(size))}
         for source, target, direction in ((zone, zone_rows, (1, 0)), (zone_rows, zone, (0, 1))):
@@ -185,7 +185,7 @@ class FarZones:
     def _find_tiles(
         self,
         in_zone: NDArray[np.bool_],
-        far_surfaces: FarSurfaces,
+        surfaces: PartSurfaces,
         margin_px: float,
         scratch: Scratch,
     ) -> TileMask:
@@ -193,7 +193,7 @@ class FarZones:
 
         `in_zone` marks the blocks of FAR_BLOCK x FAR_BLOCK pixels that are in a zone.
         """
-        size, name = far_surfaces.coc.size, far_surfaces.name
+        size, name = surfaces.coc.size, surfaces.name
         words = scratch.parts(f"{name} tiles", 1, TileMask.bytes_for(size))
         words.whole.write(tiles_near(in_zone, margin_px).astype(np.uint32).tobytes())
         segment_memory = scratch.parts(f"{name} segments", 2, SegmentPass.bytes_for(size))
@@ -205,11 +205,11 @@ class FarZones:
         return SegmentPass(self._ctx)
 
     def _program(self, name: str, defines: Mapping[str, object] | None = None) -> ComputeProgram:
-        """Return a version of the program far_`name`, which is built when it is first used."""
+        """Return a version of the program overlap_`name`, which is built when it is first used."""
         key = name, bool(defines)
         if key not in self._programs:
             self._programs[key] = ComputeProgram(
-                self._ctx, f"defocus/far_{name}.comp.glsl", defines
+                self._ctx, f"defocus/overlap_{name}.comp.glsl", defines
             )
         return self._programs[key]
 
@@ -237,16 +237,16 @@ def _near_along(blocks: NDArray[np.bool_], margin: int) -> NDArray[np.bool_]:
     return np.asarray(counts_before[high] > counts_before[low])
 
 
-def _edge_uniforms(far_surfaces: FarSurfaces) -> dict[str, object]:
+def _edge_uniforms(surfaces: PartSurfaces) -> dict[str, object]:
     """Return the limits at which the edges of surfaces make zones."""
-    if far_surfaces.is_whole:
+    if surfaces.is_whole:
         return {"nearest_px": FRONT_FROM_PX}
-    return _GUESSED_EDGES if far_surfaces.is_guessed else _KNOWN_EDGES
+    return _GUESSED_EDGES if surfaces.is_guessed else _KNOWN_EDGES
 
 
-def _part_scale(far_surfaces: FarSurfaces, parts: int) -> float:
+def _part_scale(surfaces: PartSurfaces, parts: int) -> float:
     """Return the diameter of a part of the lens over that of the lens, for finding zones.
 
     Zones of guessed surfaces are found for at most GUESSED_PARTS parts.
     """
-    return float(min(parts, GUESSED_PARTS if far_surfaces.is_guessed else parts) ** -0.5)
+    return float(min(parts, GUESSED_PARTS if surfaces.is_guessed else parts) ** -0.5)
