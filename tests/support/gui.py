@@ -15,6 +15,7 @@ from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Device, Framebuffer
+from heatlens.studio.board.command import Command
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.start import Start
@@ -170,6 +171,13 @@ class Gui:
         """Run an action by its name."""
         self.screen._board.do(next(a for a in self.screen.commands if a.name == name))
         self.frame(2)
+
+    def choose_in_menu(self, command: Command) -> None:
+        """Choose a command in its menu, or in the submenu where it stands, with the mouse."""
+        self.click(self.middle(f"menu {command.menu}"))
+        if command.submenu:
+            self.click(self.middle(f"menu {command.submenu}"))
+        self.click(self.middle(f"item {command.name}"))
 
     def unfolded(self, header: str, control: str) -> None:
         """Open a header of a panel unless its control is drawn."""

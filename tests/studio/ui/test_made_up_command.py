@@ -64,8 +64,7 @@ def exposure(gui):
 
 
 def test_menu_key_and_palette_run_the_new_command(gui, exposure):
-    gui.click(gui.middle("menu View"))
-    gui.click(gui.middle(f"item {NAME}"))
+    gui.choose_in_menu(next(it for it in gui.screen.commands if it.name == NAME))
     by_menu = exposure()
     assert by_menu < 0.0
     gui.key(imgui.Key.h, ctrl=True, shift=True)

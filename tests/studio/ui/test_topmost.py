@@ -43,7 +43,7 @@ def test_escape_closes_a_menu_and_a_click_opens_another(gui):
     gui.frame(2)
     assert not is_open()
     gui.click(gui.middle("menu View"))
-    assert is_open() and "item Fit" in gui.drawn
+    assert is_open() and "item Depth of field" in gui.drawn
     gui.key(K.escape)
     gui.frame(2)
 

@@ -32,8 +32,7 @@ def bound_action(gui, action: Command) -> Command:
 
 def choose_in_menu(gui, action: Command) -> None:
     """Choose the action in its menu with the mouse."""
-    gui.click(gui.middle(f"menu {action.menu}"))
-    gui.click(gui.middle(f"item {action.name}"))
+    gui.choose_in_menu(action)
 
 
 def run_action(gui, action: Command) -> None:

@@ -31,8 +31,7 @@ def test_menu_item_of_a_scene_action_is_disabled_for_a_plate(gui, name):
     action = next(action for action in gui.screen.commands if action.name == name)
     assert "scene" in action.why_not()
     view = gui.session.facts.view
-    gui.click(gui.middle(f"menu {action.menu}"))
-    gui.click(gui.middle(f"item {name}"))
+    gui.choose_in_menu(action)
     assert gui.session.facts.view == view and gui.session.messages.text == ""
 
 

@@ -8,25 +8,36 @@ from heatlens.core.base.errors import InputError
 
 # The menus in their order, each with its groups; a line is drawn between two groups.
 MENUS: dict[str, tuple[str, ...]] = {
-    "File": ("open", "shot", "write", "share", "quit"),
+    "File": ("open", "shot", "write", "imports", "share", "quit"),
     "Edit": ("history",),
-    "Lens": ("turn", "focus", "looks", "blur"),
-    "Play": ("play", "reel", "keys", "range", "frames"),
-    "Animate": ("key", "marks", "keys", "interpolation", "rows"),
+    "Lens": ("turn", "focus", "looks", "numbered looks", "blur"),
+    "Play": ("play", "go to", "range", "reel", "frames"),
+    "Animate": ("key", "marks", "auto key", "moves", "interpolation", "rows"),
     "View": (
-        "blur",
-        "zoom",
-        "pixels",
-        "exposure",
-        "interface",
-        "overlays",
-        "mattes",
-        "guides",
-        "camera",
+        *("blur", "zoom", "pixels", "exposure", "overlays", "mattes", "guides"),
+        *("grade", "interface", "size", "camera"),
     ),
     "Compare": ("with", "gain", "b", "method"),
     "Window": ("picture", "panels", "layout"),
     "Help": ("help",),
+}
+# The groups that are a submenu of their menu, with its title.
+SUBMENUS: dict[tuple[str, str], str] = {
+    ("File", "imports"): "Import",
+    ("Lens", "turn"): "Turn by a step",
+    ("Lens", "numbered looks"): "Take look",
+    ("Play", "go to"): "Go to",
+    ("Play", "range"): "In and out",
+    ("Animate", "moves"): "Selected keys",
+    ("Animate", "interpolation"): "Interpolation",
+    ("View", "zoom"): "Zoom",
+    ("View", "exposure"): "Exposure",
+    ("View", "overlays"): "Overlays",
+    ("View", "mattes"): "Frame mask",
+    ("View", "guides"): "Guide lines",
+    ("View", "size"): "Interface size",
+    ("Compare", "method"): "Compare with",
+    ("Window", "panels"): "Panels",
 }
 
 
@@ -38,7 +49,7 @@ class Command:
     run        the function that does it
     key        its key as menus show it, such as "Ctrl+Shift+Z"; "" for none
     menu       title of its menu, one of `MENUS`
-    group      its group in that menu
+    group      its group in that menu, which may be one of `SUBMENUS`
     before     the name of the command in front of which it stands; "" for its group's end
     is_on      returns the state of a switch; None for commands that switch nothing
     barred     returns the reason why the command is unavailable now, or ""
@@ -69,6 +80,11 @@ class Command:
     def shown(self) -> str:
         """The text in the menu: `label()` where the command has one, else the name."""
         return self.name if self.label is None else self.label()
+
+    @property
+    def submenu(self) -> str:
+        """The title of its submenu; "" if it stands in the menu itself."""
+        return SUBMENUS.get((self.menu, self.group), "")
 
     @property
     def turns_lens(self) -> bool:

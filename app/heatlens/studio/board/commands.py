@@ -93,6 +93,9 @@ def _lens(session: Session, make_still: Callable[[], str | None]) -> Iterator[Co
         *("Lens", "looks"),
         page_command("Keep this look", lambda: looks.keep(make_still()), "Shift+L"),
         page_command("Back to the lens before", looks.use_previous_lens, "Backspace"),
+    )
+    yield from in_group(
+        *("Lens", "numbered looks"),
         *(
             remote_command(
                 f"Look {number}", partial(looks.use_number, number - 1), f"Ctrl+{number}"
@@ -116,11 +119,11 @@ def _play(session: Session) -> Iterator[Command]:
         page_command("Play backwards", partial(time.play, -1), "Shift+Space"),
         page_command("Next frame", partial(time.step, 1), "Right", repeats=True),
         page_command("Previous frame", partial(time.step, -1), "Left", repeats=True),
-        page_command("First frame", partial(time.go_to_end, -1), "Home"),
-        page_command("Last frame", partial(time.go_to_end, 1), "End"),
     )
     yield from in_group(
-        *("Play", "keys"),
+        *("Play", "go to"),
+        page_command("First frame", partial(time.go_to_end, -1), "Home"),
+        page_command("Last frame", partial(time.go_to_end, 1), "End"),
         page_command("Next key", partial(time.go_to_key, 1), "Down"),
         page_command("Previous key", partial(time.go_to_key, -1), "Up"),
     )
@@ -131,9 +134,8 @@ def _play(session: Session) -> Iterator[Command]:
         page_command("Set in point", time.set_in, "I"),
         page_command("Set out point", time.set_out, "O"),
         page_command("Clear in and out", time.clear_in_out, "Shift+I"),
-        ahead,
     )
-    yield from in_group("Play", "frames", Command("Clear rendered frames", pull.clear))
+    yield from in_group("Play", "frames", ahead, Command("Clear rendered frames", pull.clear))
 
 
 def _keys(session: Session) -> Iterator[Command]:
@@ -147,9 +149,9 @@ def _keys(session: Session) -> Iterator[Command]:
     auto_key = page_command(
         *("Auto key", editing.toggle_auto_key, "A"), is_on=lambda: editing.auto_key, sheet="Focus"
     )
+    yield from in_group("Animate", "auto key", auto_key)
     yield from in_group(
-        *("Animate", "keys"),
-        auto_key,
+        *("Animate", "moves"),
         remote_command("Select all keys", keys.select_all, "Ctrl+Shift+A"),
         remote_command("Copy keys", keys.copy, "Ctrl+Shift+C"),
         remote_command("Paste keys", keys.paste, "Ctrl+Shift+V"),

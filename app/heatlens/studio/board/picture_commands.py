@@ -68,8 +68,8 @@ def _view(session: Session) -> Iterator[Command]:
         page_command("Brighter", partial(view.expose, 1), "Ctrl+Up", repeats=True),
         page_command("Darker", partial(view.expose, -1), "Ctrl+Down", repeats=True),
         remote_command("Reset exposure and gamma", view.reset_exposure_and_gamma, "Ctrl+0"),
-        graded,
     )
+    yield from in_group("View", "grade", graded)
     unit = page_command("Metres or feet", view.toggle_unit, "U", sheet="Blur and units")
     yield from in_group("View", "interface", unit)
 

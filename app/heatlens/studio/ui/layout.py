@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
+from itertools import groupby
 from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
@@ -37,18 +38,42 @@ def menu_bar(files: FileDesk, ui: UiState, commands: Sequence[Command]) -> Comma
     for menu in _TITLES:
         if imgui.begin_menu(menu):
             ui.menu_to_open = _neighbor_menu(menu)
-            group = ""
-            for command in (it for it in commands if it.menu == menu):
-                if group not in ("", command.group):
-                    imgui.separator()
-                group = command.group
-                picked_action = command if _menu_item(command) else picked_action
-                if command.name == "Open...":
-                    picked_action = _open_recent(files, ui) or picked_action
+            in_menu = [command for command in commands if command.menu == menu]
+            picked_action = _menu_content(files, ui, in_menu) or picked_action
             imgui.end_menu()
         probe.note(f"menu {menu}")
     ui.sharing.draw_in_menu_bar()
     imgui.end_main_menu_bar()
+    return picked_action
+
+
+def _menu_content(files: FileDesk, ui: UiState, commands: Sequence[Command]) -> Command | None:
+    """Draw the groups of a menu and its submenus; return the command that was chosen."""
+    picked_action: Command | None = None
+    last_submenu: str | None = None
+    for (_, submenu), group in groupby(commands, key=lambda it: (it.group, it.submenu)):
+        if last_submenu is not None and not (last_submenu and submenu):
+            imgui.separator()
+        last_submenu = submenu
+        for command in () if submenu else group:
+            picked_action = command if _menu_item(command) else picked_action
+            if command.name == "Open...":
+                picked_action = _open_recent(files, ui) or picked_action
+        if submenu:
+            picked_action = _submenu(ui, submenu, tuple(group)) or picked_action
+    return picked_action
+
+
+def _submenu(ui: UiState, title: str, commands: Sequence[Command]) -> Command | None:
+    """Draw a submenu; return the command that was chosen in it."""
+    picked_action = None
+    is_open = imgui.begin_menu(title)
+    probe.note(f"menu {title}")
+    if is_open:
+        ui.menu_to_open = ""  # the arrow keys lead into and out of this one
+        for command in commands:
+            picked_action = command if _menu_item(command) else picked_action
+        imgui.end_menu()
     return picked_action
 
 
@@ -79,8 +104,7 @@ def _open_recent(files: FileDesk, ui: UiState) -> Command | None:
     is_open = imgui.begin_menu("Open recent", bool(recent_names))
     probe.note("menu Open recent")
     if is_open:
-        if imgui.is_window_appearing():
-            ui.menu_to_open = ""  # the arrow key opened this submenu, not the next menu
+        ui.menu_to_open = ""  # the arrow keys lead into and out of this one
         for text in recent_names:
             if _recent_item(Path(text)):
                 picked_action = Command(text, partial(files.commands.open, text))

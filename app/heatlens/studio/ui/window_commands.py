@@ -44,11 +44,14 @@ def _file(ui: UiState) -> Iterator[Command]:
     yield from in_group(
         *("File", "write"),
         dialog("Save picture...", "save", "Ctrl+Shift+E", "Copy picture"),
-        dialog("Import camera...", "camera", before="Copy picture"),
-        dialog("Import grade...", "grade", before="Copy picture"),
-        dialog("Import framing lines...", "framing", before="Copy picture"),
         Command("Export...", partial(_show_export, ui), "Ctrl+E", before="Copy picture"),
         dialog("Pull sheet...", "sheet", before="Copy picture"),
+    )
+    yield from in_group(
+        *("File", "imports"),
+        dialog("Import camera...", "camera"),
+        dialog("Import grade...", "grade"),
+        dialog("Import framing lines...", "framing"),
     )
     yield from in_group("File", "share", Command("Share with a tablet...", ui.sharing.share))
     yield from in_group("File", "quit", Command("Quit", ui.quit, "Ctrl+Q"))
@@ -66,12 +69,13 @@ def _boxes(ui: UiState) -> Iterator[Command]:
 def _interface(ui: UiState) -> Iterator[Command]:
     scale, theme = ui.scale, ui.theme
     yield from in_group(
-        *("View", "interface"),
+        *("View", "size"),
         Command("Larger interface", partial(scale.step, 1), "Ctrl++"),
         Command("Smaller interface", partial(scale.step, -1), "Ctrl+-"),
-        Command("Interface as large as usual", scale.reset),
-        Command("Light theme", theme.toggle, is_on=lambda: theme.current is Theme.LIGHT),
+        Command("Reset interface size", scale.reset),
     )
+    light = Command("Light theme", theme.toggle, is_on=lambda: theme.current is Theme.LIGHT)
+    yield from in_group("View", "interface", light)
 
 
 def _window(ui: UiState) -> Iterator[Command]:

@@ -48,7 +48,7 @@ def _framing_row(guides: Guides) -> Guides:
     names = {line.name: None for canvas in guides.canvases for line in canvas.lines}
     if not names:
         return guides
-    widgets.label("framing", "Of a framing decision list: File > Import framing lines...")
+    widgets.label("framing", "Of a framing decision list: File > Import > Import framing lines...")
     if widgets.small_button("x##no framing", "no framing", "Put the framing lines away."):
         return replace(guides, canvases=())
     imgui.same_line()
