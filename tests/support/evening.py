@@ -13,13 +13,12 @@ import numpy as np
 from heatlens.core.model.marks.marks import PointMark
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import Quality
-from heatlens.media.documents.shot_file import autosave_path, read_shot
+from heatlens.media.documents.shot_file import autosave_path, read_shot, unnamed_path
 from heatlens.media.plate.header.camera_header import lens_attributes
 from heatlens.render.display.front_end import FrontEnd
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
-from heatlens.studio.session.shot.shot_store import unnamed_path
 from heatlens.studio.session.shot.start import Start
 from support.exr_files import write_file
 from support.fake_renderer import FakeRenderer

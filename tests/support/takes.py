@@ -6,9 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from heatlens.core.model.curves.frames import Ending
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.session.session import Session
-from heatlens.studio.session.time.playback import Ending
 from support.evening import FIRST, LAST, begin_session, run_until_settled, write_plates
 
 

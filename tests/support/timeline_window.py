@@ -7,12 +7,12 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
+from heatlens.core.model.curves.frames import Ending
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import EASE_PERCENT
 from heatlens.render.gpu.device import Device
 from heatlens.studio.session.keys.key_drag import KeyDrag, KeyStretch
 from heatlens.studio.session.marks.focus_pulls import PULL_FRAMES
-from heatlens.studio.session.time.playback import Ending
 from heatlens.studio.ui.timeline.view import TimelineView
 from support.gui import Gui, gui_of
 from support.sequences import FIRST, LAST, sequence_files

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.messages import window_words
 from heatlens.core.base.outside_text import printable
 from heatlens.fronts.commands.main import main
 from heatlens.media.camera.camera_file import read_camera
@@ -18,7 +19,6 @@ from heatlens.media.files.quiet import quiet_library
 from heatlens.media.scene import picture_read
 from heatlens.media.scene.picture_read import read_picture
 from heatlens.media.scene.scene_read import files_of_scene, read_scene
-from heatlens.studio.session.messages import window_words
 from support.cameras import moving_camera
 from support.exr_files import distances, rgb, write_file
 from support.gltf_files import encoded

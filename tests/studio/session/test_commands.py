@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heatlens.core.base.messages import SHOWN_S, Messages, Problem
 from heatlens.core.model.keys.key_rows import CAMERA, RowChoice
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.view.view import DIFFERENCE_GAINS, Against, Compare
 from heatlens.media.plate.coc_line import focused_at
-from heatlens.studio.session.messages import SHOWN_S, Messages, Problem
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.shot.start import CommandLineOptions, Start
 from support.fake_renderer import FakeRenderer

@@ -9,10 +9,11 @@ from heatlens.core.model.curves.interpolation import Scale
 from heatlens.core.model.focus.coc import far_limit_m, near_limit_m
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import DistanceMark, ObjectMark, PointMark
+from heatlens.core.model.shot.focus_track import FocusTrack
 from heatlens.core.model.shot.lens_parameter import FOCUS_SCALES, LensParameter
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.time.focus_track import FocusTrack, MarkTracks, MatteDistances, mark_m
-from heatlens.studio.session.time.timeline import Run
+from heatlens.media.frame_cache.frame_states import Run
+from heatlens.studio.session.time.focus_track import MarkTracks, MatteDistances, mark_m
 from support.evening import FIRST, LEFT, RIGHT, run_until
 from support.plates import plate_of
 

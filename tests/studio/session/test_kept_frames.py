@@ -8,6 +8,7 @@ import pytest
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import Compare
 from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.media.plate.read import read_plate
@@ -16,7 +17,6 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
 from heatlens.render.preview.shown import Shown
 from heatlens.render.rendered_frames.kept_pictures import to_half
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.playing import ahead_jobs, frames_ahead
 from heatlens.studio.session.playing.kept_screen import KeptScreen
 from heatlens.studio.session.session import Session

@@ -11,13 +11,13 @@ from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.look import Look
 from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import Against, Compare
 from heatlens.media.documents.shot_file import read_shot, write_shot
 from heatlens.render.preview.level_choice import fastest_settings
 from heatlens.render.preview.shown import PictureKey
 from heatlens.studio.session.pictures.look_commands import LookCommands
 from heatlens.studio.session.pictures.look_pictures import _Tile
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.shot.editing import Editing
 from support.shared import shared_of
 

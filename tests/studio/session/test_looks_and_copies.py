@@ -11,12 +11,13 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.look import Look
 from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import Against, Compare, ViewState
+from heatlens.media.files.still_text import pixels_of_still, still_of
 from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.render.gpu.textures import download
-from heatlens.studio.session.pictures.look_commands import LookCommands, pixels_of_still, still_of
+from heatlens.studio.session.pictures.look_commands import LookCommands
 from heatlens.studio.session.pictures.picture_commands import clipboard_tools, copy_png
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.editing import Editing

@@ -2,7 +2,7 @@
 
 import pytest
 
-from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.curves.frames import Ending, FrameRange
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.reel import Reel, ReelShot
 from heatlens.core.model.shot.shot import Shot
@@ -11,7 +11,6 @@ from heatlens.media.documents.shot_file import read_shot, write_shot
 from heatlens.render.source import opener
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.requests import Focus
-from heatlens.studio.session.time.playback import Ending
 from support.evening import (
     FIRST,
     LAST,

@@ -11,12 +11,11 @@ from heatlens.core.base.errors import GpuError, HeatlensError, InputError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import Bokeh, Method, Quality
 from heatlens.core.model.view.view import Against, Compare, ViewState
-from heatlens.core.model.view.view_geometry import PictureShape, Viewport
+from heatlens.core.model.view.view_geometry import Intrinsics, PictureShape, Viewport
 from heatlens.media.plate.read import read_plate
+from heatlens.render.display.color_choice import ColorChoice
 from heatlens.render.gpu.textures import download
 from heatlens.studio.session.opened.gpu_picture import GpuPicture
-from heatlens.studio.session.pictures.picture_view import ColorChoice
-from heatlens.studio.session.pictures.ruler import Intrinsics
 from heatlens.studio.session.pictures.view_commands import ReferenceLoader
 from heatlens.studio.session.speed import Speed
 from support.evening import FIRST, HEIGHT, LEFT, RIGHT, WIDTH, begin_session, run_until_settled

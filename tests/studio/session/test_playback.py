@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.core.model.curves.frames import FrameRange
-from heatlens.studio.session.time.playback import Ending, Playback
+from heatlens.core.model.curves.frames import Ending, FrameRange
+from heatlens.studio.session.time.playback import Playback
 
 FRAMES = FrameRange(1001, 1005)
 RATE = 24.0

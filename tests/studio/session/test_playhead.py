@@ -5,7 +5,8 @@ import pytest
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.studio.session.time.timeline import FrameStates, Run, Timeline, _range, runs_of
+from heatlens.media.frame_cache.frame_states import FrameStates, Run, runs_of
+from heatlens.studio.session.time.timeline import Timeline, _range
 from support.evening import FIRST, LAST, begin_session, run_until, run_until_settled
 from support.session_files import room_file
 

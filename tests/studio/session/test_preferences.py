@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.frames import Ending
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.view.guides import PEAKING_COLORS, Guides, Peaking, PeakingOn
 from heatlens.media.files import atomic_file
@@ -23,7 +24,6 @@ from heatlens.studio.session.settings.preferences import (
     Theme,
     merge_changes,
 )
-from heatlens.studio.session.time.playback import Ending
 from support.command_line import ENVIRONMENT
 
 OPTIONS = st.builds(

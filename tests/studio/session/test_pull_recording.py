@@ -6,7 +6,7 @@ import pytest
 
 from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.studio.session.live.pull_recording import RecordingState
+from heatlens.core.model.shot.pull import RecordingState
 from support.evening import FIRST, LAST
 from support.takes import pull_focus_m, reset_recording, session_with_walls
 

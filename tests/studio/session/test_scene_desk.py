@@ -9,13 +9,12 @@ import pytest
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.marks.marks import DistanceMark, ObjectMark, PointMark
-from heatlens.core.model.shot.framing import Framing, SceneTiming, WorldAxis
+from heatlens.core.model.shot.framing import ALL_CLIPS, Framing, SceneTiming, WorldAxis
 from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.view.orbit import CameraDrag
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.studio.session.scenes import following
-from heatlens.studio.session.scenes.clip_choice import ALL_CLIPS
 from heatlens.studio.session.scenes.following import PointMeasurement
-from heatlens.studio.session.scenes.scene_commands import CameraDrag
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.start import Start

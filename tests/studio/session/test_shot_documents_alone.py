@@ -7,10 +7,16 @@ import pytest
 
 from heatlens.core.model.marks.marks import DistanceMark
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.documents.shot_file import autosave_path, read_shot, write_autosave, write_shot
+from heatlens.media.documents.shot_file import (
+    autosave_path,
+    read_shot,
+    unnamed_path,
+    write_autosave,
+    write_shot,
+)
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
-from heatlens.studio.session.shot.shot_store import proposed_name, unnamed_path
+from heatlens.studio.session.shot.shot_store import proposed_name
 from heatlens.studio.session.shot.start import Start
 from support.evening import (
     FIRST,

@@ -8,8 +8,8 @@ import pytest
 from heatlens.core.model.marks.marks import DistanceMark, PointMark
 from heatlens.core.model.shot.camera_track import CameraTrack, PoseKey
 from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.view.orbit import CameraDrag
 from heatlens.studio.board.commands import named_commands
-from heatlens.studio.session.scenes.scene_commands import CameraDrag
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.start import Start

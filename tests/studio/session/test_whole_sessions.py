@@ -22,7 +22,7 @@ from heatlens.core.model.view.view import Against, Compare
 from heatlens.media.camera.camera_file import read_camera
 from heatlens.media.color.color_config import load_color_config
 from heatlens.media.documents.lens_kits import kit_shelf
-from heatlens.media.documents.shot_file import autosave_path, read_shot
+from heatlens.media.documents.shot_file import autosave_path, read_shot, unnamed_path
 from heatlens.media.scene.scene_read import DEMO
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.textures import download
@@ -34,7 +34,6 @@ from heatlens.studio.session.pictures.look_pictures import LookPictures
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.editing import Editing
-from heatlens.studio.session.shot.shot_store import unnamed_path
 from heatlens.studio.session.shot.start import Start
 from support.evening import (
     FIRST,

@@ -3,7 +3,7 @@
 import pytest
 
 from heatlens.core.base.errors import InputError
-from heatlens.studio.session.messages import Worker
+from heatlens.core.base.messages import Worker
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.shot.start import Start
 from support.evening import begin_session, run_until_settled, write_plates

@@ -15,6 +15,7 @@ from imgui_bundle import imgui
 from PIL import Image
 
 from deliver.farm.test_openjd import openjd
+from heatlens.core.base.messages import window_words
 from heatlens.core.base.paths import data_dir, folder_to_write_in
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.curves.frames import FrameRange
@@ -34,7 +35,6 @@ from heatlens.studio.session.exports.export_settings import (
     frame_kinds,
     proposed_settings,
 )
-from heatlens.studio.session.messages import window_words
 from heatlens.studio.session.settings.export_place import ExportPlace, Where
 from support.dask_cluster import dask_cluster
 from support.gui import Gui, gui_of

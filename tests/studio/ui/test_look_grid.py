@@ -9,9 +9,9 @@ from imgui_bundle import imgui
 from heatlens.core.model.view.view import Compare
 from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.media.documents.shot_file import read_shot, write_shot
+from heatlens.media.files.still_text import pixels_of_still
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
-from heatlens.studio.session.pictures.look_commands import pixels_of_still
 from heatlens.studio.ui.picture.grid import cell_at, cells
 from support.window_plates import display_bytes
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from heatlens.core.base.messages import window_words
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.value_bins import bin_values, depth_histogram
 from heatlens.media.plate.depth_read import planar_depth_m
@@ -12,7 +13,6 @@ from heatlens.media.plate.header.camera_header import lens_attributes
 from heatlens.media.plate.header.channel_choice import color_layers_among, depth_channels_first
 from heatlens.media.plate.read import read_plate
 from heatlens.render.display.probe import visible_depth_m
-from heatlens.studio.session.messages import window_words
 from heatlens.studio.session.settings.preferences import Preferences
 from support.exr_files import rgb, write_file
 from support.gui import gui_of

@@ -21,9 +21,8 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.documents.shot_file import autosave_path, read_shot, write_shot
+from heatlens.media.documents.shot_file import autosave_path, read_shot, unnamed_path, write_shot
 from heatlens.render.gpu.device import Device
-from heatlens.studio.session.shot.shot_store import unnamed_path
 from heatlens.studio.ui.picture.held_alone import HOLD_S
 from heatlens.studio.ui.theme import DARK
 from support.gui import gui_of

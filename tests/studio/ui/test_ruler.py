@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from imgui_bundle import imgui
 
 from heatlens.core.model.boxes import Box
-from heatlens.core.model.view.view_geometry import PictureShape
+from heatlens.core.model.view.view_geometry import Intrinsics, PictureShape
 from heatlens.media.plate.depth_read import planar_depth_m
-from heatlens.studio.session.pictures.ruler import Intrinsics
 from heatlens.studio.ui.picture.pixel_values import _ruler_ends
 from support.session_files import BALL, BALL_M, LENS, POST, POST_M, SKY, WIDTH
 

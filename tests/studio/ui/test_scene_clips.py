@@ -7,10 +7,9 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.framing import SceneTiming
+from heatlens.core.model.shot.framing import ALL_CLIPS, SceneTiming
 from heatlens.media.documents.shot_file import read_shot, write_shot
 from heatlens.render.gpu.device import Device
-from heatlens.studio.session.scenes.clip_choice import ALL_CLIPS
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
 from support.session_files import QUICK

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from imgui_bundle import imgui
 
+from heatlens.core.base.messages import Messages, Problem
 from heatlens.studio.session.exports.export_process import ExportState
-from heatlens.studio.session.messages import Messages, Problem
 from heatlens.studio.session.settings.export_place import ExportPlace, Where
 from heatlens.studio.ui.status_bar import export_title, export_words
 from heatlens.studio.ui.texts import fit_text

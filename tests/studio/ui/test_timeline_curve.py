@@ -11,8 +11,8 @@ from imgui_bundle import imgui
 from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.focus.coc import far_limit_m, near_limit_m
 from heatlens.core.model.marks.marks import DistanceMark, PointMark
+from heatlens.core.model.shot.focus_track import FocusTrack
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.studio.session.time.focus_track import FocusTrack
 from support.gui import Gui
 from support.sequences import FIRST, LAST, relative_distance
 from support.session_files import BALL, BALL_M

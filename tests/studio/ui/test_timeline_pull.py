@@ -7,8 +7,7 @@ from imgui_bundle import imgui
 
 from heatlens.core.model.keys.key_choice import all_keys
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.core.model.shot.pull import PullShape, shaped_pull
-from heatlens.studio.session.live.pull_recording import RecordingState
+from heatlens.core.model.shot.pull import PullShape, RecordingState, shaped_pull
 from support.gui import Gui
 from support.sequences import FIRST, LAST
 from support.timeline_window import film_window, reset_window, ruler_position

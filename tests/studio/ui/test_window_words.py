@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.core.base.messages import Messages, Problem, passing_message
 from heatlens.core.model.shot.settings import Quality
-from heatlens.studio.session.messages import Messages, Problem, passing_message
 from heatlens.studio.ui.docked_panels import speed_panel
 from support.gui import gui_of
 from support.sequences import sequence_files

@@ -4,6 +4,7 @@ The names of the entries contain their units. The path of the plate is relative 
 a shot can be moved together with its plate and its aperture image.
 """
 
+import hashlib
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -41,6 +42,7 @@ from heatlens.media.plate.opening_picture import (
 
 SHOT_SUFFIX = ".heatlens.json"
 SHOT_VERSION = 1
+_UNSAVED_FOLDER = "unsaved"
 
 _VERSION = "heatlens_shot"
 # Entries that hold an unchanged field of Shot -> the name of the field, and its type.
@@ -266,3 +268,9 @@ def absolute_source(source: str, path: Path, moved_folders: Sequence[Sequence[st
         return source
     absolute = _map_moved_folder(absolute_path(source, path.parent), path.parent, moved_folders)
     return source if source in _BUILT_IN_SOURCES and not os.path.exists(absolute) else absolute
+
+
+def unnamed_path(folder: Path, source: str) -> Path:
+    """Return the autosave path of a shot without a file: named after its source, in `folder`."""
+    digest = hashlib.sha256(source.encode("utf-8", "surrogateescape")).hexdigest()[:16]
+    return folder / _UNSAVED_FOLDER / f"{digest}{SHOT_SUFFIX}"

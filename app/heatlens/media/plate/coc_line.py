@@ -13,6 +13,7 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.coc import CocLine, coc_line, coc_px
 from heatlens.core.model.focus.focus_offset import FocusOffset, focus_offset_of
 from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.plate import FloatImage, Plate
 
 _AT_INFINITY = 1e-4  # dioptres at or below which the focus is at infinity
@@ -21,6 +22,7 @@ _REACH = (2, 96)  # px: a smaller blur radius hides nothing; a larger one is sea
 _DEPTH_RATIO = 1.05  # ratio of depths from which one thing lies in front of another
 _LEAST_SHARE = 0.1  # least share of a pixel's light with which a nearer thing is listed at all
 _MAIN_SHARE = 0.5  # least share of a pixel's light with which a nearer thing is listed first
+_NUDGE = 1 / 250  # one notch, as a share of the length of the focus bar
 
 
 def line_of(plate: Plate, lens: Lens) -> CocLine:
@@ -186,3 +188,9 @@ def _find_blurring_surface(
     x = int(columns.flat[nearest] - display.x0 + data.x0)
     y = int(rows.flat[nearest] - display.y0 + data.y0)
     return Surface(x, y, median_m), min(share, 1.0)
+
+
+def nudge_lens(lens: Lens, histogram: DepthHistogram, notches: float) -> Lens:
+    """Return the lens focused nearer (positive) or farther by `notches` of the focus bar."""
+    step = notches * _NUDGE * histogram.most_dioptres
+    return focused_at(lens, max(1.0 / lens.focus_distance_m + step, 0.0))

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import get_type_hints
 
 from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.core.base.messages import Lasting
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.view.view import ViewState
@@ -26,7 +27,6 @@ from heatlens.studio.board.requests import Request
 from heatlens.studio.board.state import State, state_of
 from heatlens.studio.board.state_json import StateJson
 from heatlens.studio.board.user_keys import problem_of_keys, read_user_keys, with_user_keys
-from heatlens.studio.session.messages import Lasting
 from heatlens.studio.session.session import Session
 
 _MESSAGE = Path("message")  # where a wrong value was found, as errors name it

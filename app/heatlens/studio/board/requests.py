@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import ClassVar, Literal
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.model.view.orbit import CameraDrag
 from heatlens.core.model.view.view import Compare
 from heatlens.studio.session.exports.export_settings import ExportSettings
 from heatlens.studio.session.files.file_commands import PURPOSES
 from heatlens.studio.session.files.folder_walk import ChosenFile
-from heatlens.studio.session.scenes.scene_commands import CameraDrag
 from heatlens.studio.session.session import Session
 
 

@@ -6,7 +6,10 @@ A front end uses the desks of the subjects that it shows. The session polls the 
 from collections.abc import Mapping
 from pathlib import Path
 
+from heatlens.core.base.messages import Worker
 from heatlens.core.model.keys.key_rows import CAMERA, Row, RowChoice
+from heatlens.core.model.view.picture_view import PictureView
+from heatlens.render.display.color_choice import ColorChoice
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.rendered_frames.screen_work import ScreenWork
@@ -24,12 +27,11 @@ from heatlens.studio.session.live.ring_take import RingTake
 from heatlens.studio.session.live.sent_lens import SentLens
 from heatlens.studio.session.marks.mark_commands import MarkCommands
 from heatlens.studio.session.marks.mark_measuring import SceneMarkTracks
-from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.pictures.compare_sides import CompareSides
 from heatlens.studio.session.pictures.live_picture import LivePicture
 from heatlens.studio.session.pictures.look_commands import LookCommands
 from heatlens.studio.session.pictures.picture_commands import PictureCommands
-from heatlens.studio.session.pictures.picture_view import ColorChoice, PictureDisplay, PictureView
+from heatlens.studio.session.pictures.picture_view import PictureDisplay
 from heatlens.studio.session.pictures.view_commands import ReferenceLoader, ViewCommands
 from heatlens.studio.session.playing.ahead_jobs import AheadJobs
 from heatlens.studio.session.playing.cluster_frames import ClusterFrames, WholePictures

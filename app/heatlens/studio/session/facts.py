@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from heatlens.core.model.boxes import Box
+from heatlens.core.model.view.view_geometry import Pixel
 from heatlens.studio.session.desks import PictureDesk, TimeDesk
 from heatlens.studio.session.opened.open_source import OpenSource
-from heatlens.studio.session.pictures.ruler import Pixel
 from heatlens.studio.session.scenes.size_keeping import SizeKeeping
 from heatlens.studio.session.shot.editing import Editing
 

@@ -9,18 +9,18 @@ from pathlib import Path
 
 from heatlens.core.base.errors import FaultError, HeatlensError
 from heatlens.core.base.faults import report_faults
+from heatlens.core.base.messages import Lasting, Messages, Problem, Worker
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.header.timecode import timecode_of
+from heatlens.render.display.color_choice import ColorChoice
 from heatlens.render.display.front_end import FrontEnd
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu import shader_reload
 from heatlens.render.source.opened import Opened
 from heatlens.studio.session.desks import FileDesk, LensDesk, PictureDesk, TimeDesk
 from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.messages import Lasting, Messages, Problem, Worker
 from heatlens.studio.session.opened.open_source import OpenSource
-from heatlens.studio.session.pictures.picture_view import ColorChoice
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shared import Commands, Shared

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.messages import report_errors
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.editing import Editing

@@ -6,12 +6,12 @@ from threading import Event
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.faults import report_faults
+from heatlens.media.files.still_text import still_of
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.device import Texture
 from heatlens.render.preview.shown import Shown
 from heatlens.render.rendered_frames.screen_work import KeptFrame
 from heatlens.studio.board.board import Board
-from heatlens.studio.session.pictures.look_commands import still_of
 from heatlens.studio.session.session import Session
 from heatlens.studio.share.shared import SharedSession
 from heatlens.studio.share.tap import DisplayedPicture, Tap

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
+from heatlens.core.base.messages import window_words
 from heatlens.core.model.focus.plausibility import Doubt, find_doubts
 from heatlens.core.model.shot.settings import Quality
 from heatlens.media.plate.plate import depth_span
@@ -19,7 +20,6 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.preview.shown import Shown
 from heatlens.studio.board.board import Board
 from heatlens.studio.session.marks.plan import PlanDrawer
-from heatlens.studio.session.messages import window_words
 from heatlens.studio.session.scenes.size_keeping import SizeKeeping
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.speed import Speed

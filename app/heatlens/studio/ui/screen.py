@@ -6,10 +6,10 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.faults import report_faults
+from heatlens.core.model.shot.pull import RecordingState
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.command import Command
-from heatlens.studio.session.live.pull_recording import RecordingState
 from heatlens.studio.session.marks.lessons import Lessons
 from heatlens.studio.session.session import Session
 from heatlens.studio.share.sharing import Sharing

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.core.base.messages import Messages
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.view.view import Against, Compare, ViewState
 from heatlens.render.display.probe import PictureReader, probe_at, probe_text
@@ -17,7 +18,6 @@ from heatlens.render.rendered_frames.screen_work import KeptFrame, ScreenWork
 from heatlens.studio.session.desks import PictureDesk
 from heatlens.studio.session.exports.export_process import ExportRun, ExportState
 from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.messages import Messages
 from heatlens.studio.session.pictures.compare_sides import CompareSides
 from heatlens.studio.ui import probe, theme, widgets
 from heatlens.studio.ui.state import UiState

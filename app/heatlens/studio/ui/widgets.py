@@ -8,8 +8,8 @@ from typing import TypeVar
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.messages import Problem
 from heatlens.core.base.outside_text import printable
-from heatlens.studio.session.messages import Problem
 from heatlens.studio.ui import probe, theme
 from heatlens.studio.ui.seek import is_highlighted
 from heatlens.studio.ui.texts import disabled_tip, tooltip

@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from decimal import Decimal
+from enum import StrEnum
 from fractions import Fraction
 
 from heatlens.core.base.errors import InputError
@@ -107,3 +108,12 @@ def exact_rate(frames_per_second: float) -> Fraction:
     if abs(frames_per_second - ntsc_rate) < 0.005:
         return ntsc_rate
     return Fraction(frames_per_second).limit_denominator(1001)
+
+
+class Ending(StrEnum):
+    """What happens after the last frame."""
+
+    LOOP = "loop"  # start again at the first
+    BOUNCE = "bounce"  # reverse the direction
+    ONCE = "once"  # stop
+    REEL = "reel"  # go on in the next shot of the reel; without one, start again

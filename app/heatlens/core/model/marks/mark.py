@@ -63,3 +63,21 @@ def check_pixel(name: str, x_px: float, y_px: float) -> None:
     for axis, value in (("x", x_px), ("y", y_px)):
         if not abs(value) < 1e6:
             raise InputError(f"Mark {name}: {axis} cannot be {value:g} px.")
+
+
+# A distance can be known, hidden or not known yet, and callers that need it wait for the frame.
+# Without the third case, the focus bar, the list and the page showed the distance of the previous
+# frame while a frame was being read, and a pull whose arrival was not in memory used the distance
+# of the frame where it starts.
+@dataclass(frozen=True)
+class MarkDistance:
+    """The distance of a mark at a frame, as far as it is known.
+
+    distance_m   None where it is hidden, and where it is not known
+    is_known     False while the frame is not in memory, or a thing is still being measured
+    problem      a sentence why it cannot be known, or ""
+    """
+
+    distance_m: float | None = None
+    is_known: bool = True
+    problem: str = ""

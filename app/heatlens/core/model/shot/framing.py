@@ -17,6 +17,7 @@ from heatlens.core.model.shot.camera_track import CameraTrack, Pose, PoseKey
 
 _UNIT_LEAST_M, _UNIT_MOST_M = 1e-9, 1e9
 SIZE_MOST_PX = 16384
+ALL_CLIPS = "all at once"  # in place of a clip's name
 
 
 class WorldAxis(StrEnum):

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from enum import StrEnum
+from enum import Enum, StrEnum, auto
 from math import inf
 
 from heatlens.core.base.errors import InputError
@@ -20,6 +20,7 @@ _LEAST_DIOPTRES = 1e-4  # an overshoot that goes below this goes to infinity
 EASE_PERCENT = 100 / 3  # the influence in a smooth curve
 _KEY_ERROR_SHARE = 0.125  # largest error of the keys, as a share of the sharp range
 _UNNAMED_MARK = "it"
+TOLERANCE_LEAST, TOLERANCE_MOST = 1e-4, 1.0  # of a recorded pull, in dioptres
 
 
 def pull(
@@ -251,3 +252,18 @@ def _bake(shot: Shot, live: LiveFocus) -> Shot:
         for frame, dioptres in zip(live.frames, track, strict=True)
     ]
     return apply_recorded_focus(shot, samples, 2.0 * _KEY_ERROR_SHARE * min(half_sharp_dioptres))
+
+
+class RecordingState(Enum):
+    """The stages of a recording, in their order."""
+
+    OFF = auto()
+    ARMED = auto()  # the count-in begins when the shot is to play
+    COUNTING = auto()  # 3, 2, 1: the user takes hold of the focus before playback starts
+    RECORDING = auto()
+    RECORDED = auto()  # the keys are set, and their tolerance can still be changed
+
+    @property
+    def is_waiting(self) -> bool:
+        """True from arming a recording until its keys are set."""
+        return self not in (RecordingState.OFF, RecordingState.RECORDED)

@@ -165,3 +165,11 @@ def with_unique_names(shots: tuple[ReelShot, ...]) -> tuple[ReelShot, ...]:
 def shot_name(text: str) -> str:
     """Return a name for a shot that files can have: of letters, digits and . + - _ alone."""
     return _IN_FILE_NAMES.sub("_", text.strip()).strip("._") or "shot"
+
+
+@dataclass(frozen=True)
+class CutFocus:
+    """The focus of a shot where the cut begins and ends, in m; None if it is not known."""
+
+    first_m: float | None = None
+    last_m: float | None = None

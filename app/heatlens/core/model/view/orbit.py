@@ -4,6 +4,8 @@ All keep the world's y upright and take a pivot, the point the camera looks at, 
 """
 
 import math
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -58,3 +60,12 @@ def _translate(pose: Pose, by_m: Array) -> Pose:
     matrix = pose.camera_to_world
     matrix[:3, 3] += by_m
     return pose_of(matrix)
+
+
+@dataclass(frozen=True, slots=True)
+class CameraDrag:
+    """A mouse movement, right and down as shares of the picture's height, or in notches."""
+
+    kind: Literal["orbit", "truck", "dolly"]
+    right: float = 0.0
+    down: float = 0.0

@@ -8,9 +8,11 @@ screen     physical pixels: `framebuffer_scale` of them are one window unit
 import math
 from dataclasses import dataclass, replace
 
+from heatlens.core.model.shot.camera_track import Vector
 from heatlens.core.model.view.view import ZOOM_LEAST, ZOOM_MOST, ViewState
 
 Point = tuple[float, float]
+Pixel = tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,3 +161,24 @@ def _pan_axis(center_px: float, by_px: float, size_px: int) -> float:
     """Return the center moved by `by_px` along one axis, within the picture of `size_px`."""
     least, most = min(center_px, 0.0), max(center_px, float(size_px))
     return min(max(center_px - by_px, least), most)
+
+
+@dataclass(frozen=True, slots=True)
+class Intrinsics:
+    """A pinhole camera: its lens, and the shape of its picture."""
+
+    focal_length_mm: float
+    sensor_width_mm: float
+    shape: PictureShape
+
+    def point_m(self, pixel: tuple[int, int], depth_m: float) -> Vector:
+        """Return where the middle of a pixel lies: right of, below and in front of the camera.
+
+        `depth_m` is measured along the axis. The sensor is as wide as the picture.
+        """
+        pitch_x = self.sensor_width_mm / self.shape.width_px / self.focal_length_mm
+        pitch_y = pitch_x / self.shape.pixel_aspect
+        middle_x, middle_y = self.shape.middle_px
+        across = (pixel[0] + 0.5 - middle_x) * pitch_x
+        down = (pixel[1] + 0.5 - middle_y) * pitch_y
+        return across * depth_m, down * depth_m, depth_m

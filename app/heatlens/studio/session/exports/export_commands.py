@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.messages import Problem, Worker, report_errors
 from heatlens.core.base.paths import absolute
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.option import changed_options
@@ -14,7 +15,6 @@ from heatlens.deliver.export.job import blur_of_export
 from heatlens.media.documents.shot_file import read_shot
 from heatlens.studio.session.exports.export_process import ExportRun, ExportState
 from heatlens.studio.session.exports.export_settings import ExportSettings, proposed_settings
-from heatlens.studio.session.messages import Problem, Worker, report_errors
 from heatlens.studio.session.pictures.picture_view import PictureDisplay
 from heatlens.studio.session.settings.export_place import HERE, LeftExport, Where, shot_of_job
 from heatlens.studio.session.shared import Commands, Shared

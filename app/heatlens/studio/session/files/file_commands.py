@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from heatlens.core.base.messages import Worker
 from heatlens.core.base.paths import folder_to_write_in, home_dir
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.color.grade_file import GRADE_SUFFIXES
@@ -24,7 +25,6 @@ from heatlens.studio.session.lens.lens_imports import (
     grade_import,
     opening_import,
 )
-from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.pictures.picture_commands import PictureCommands
 from heatlens.studio.session.pictures.view_commands import ReferenceLoader
 from heatlens.studio.session.shared import Commands, Shared

@@ -7,26 +7,18 @@ from pathlib import Path
 
 from heatlens.core.base.background import Background
 from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.core.base.messages import Worker
 from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.core.model.shot.reel import Reel, ReelShot
+from heatlens.core.model.shot.reel import CutFocus, Reel, ReelShot
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.edit_file import EditOptions
 from heatlens.media.documents.reel_file import is_reel, read_reel
 from heatlens.media.documents.shot_file import is_shot_file, read_shot
 from heatlens.studio.session.files.shot_documents import ShotDocuments
 from heatlens.studio.session.files.shot_stills import FirstPicture, ShotStills, Still
-from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.playback import Playback
-
-
-@dataclass(frozen=True)
-class CutFocus:
-    """The focus of a shot where the cut begins and ends, in m; None if it is not known."""
-
-    first_m: float | None = None
-    last_m: float | None = None
 
 
 @dataclass(frozen=True)

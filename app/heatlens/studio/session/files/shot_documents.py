@@ -5,21 +5,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.messages import Problem, Worker
 from heatlens.core.model.shot.reel import ReelShot
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.camera.samples import CameraSamples
 from heatlens.media.camera.shoot_timecode import match_by_timecode
-from heatlens.media.documents.shot_file import is_shot_file
+from heatlens.media.documents.shot_file import is_shot_file, unnamed_path
 from heatlens.media.sequence.sequence import Sequence
 from heatlens.render.source.opened import Opened
-from heatlens.studio.session.messages import Problem, Worker
 from heatlens.studio.session.shared import Commands, Shared
-from heatlens.studio.session.shot.shot_store import (
-    ShotStore,
-    StoredShot,
-    proposed_name,
-    unnamed_path,
-)
+from heatlens.studio.session.shot.shot_store import ShotStore, StoredShot, proposed_name
 from heatlens.studio.session.shot.start import shot_with_camera
 from heatlens.studio.session.time.timeline import Timeline
 

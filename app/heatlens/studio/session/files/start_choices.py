@@ -8,13 +8,13 @@ from pathlib import Path
 
 from heatlens.core.base.background import Background
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.messages import Worker
 from heatlens.core.base.paths import data_dir, home_dir
 from heatlens.media.documents.shot_file import is_shot_file
 from heatlens.media.scene.scene_read import DEMO
 from heatlens.render.source.kinds import kind_of
 from heatlens.render.source.named import source_named
 from heatlens.studio.session.files.file_commands import FileCommands
-from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.playback import Playback
 

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 
+from heatlens.core.base.messages import report_errors
 from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.keys import key_choice
 from heatlens.core.model.keys.key_choice import CopiedKeys, KeySelection, all_keys
 from heatlens.core.model.keys.key_rows import CAMERA, Row, RowChoice, key_count
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.shared import Commands, Shared
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Generic, Literal, TypeVar
 
+from heatlens.core.base.messages import report_errors
 from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.curves.interpolation import Ease
 from heatlens.core.model.keys.key_choice import (
@@ -28,7 +29,6 @@ from heatlens.core.model.keys.key_rows import (
 from heatlens.core.model.shot.camera_track import PoseKey
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.keys.key_commands import KeyCommands
-from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.shot.editing import Editing
 
 

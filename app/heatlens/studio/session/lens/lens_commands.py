@@ -9,17 +9,22 @@ from enum import StrEnum
 from typing import TypeVar
 
 from heatlens.core.base.background import Background
+from heatlens.core.base.messages import Problem, report_errors
 from heatlens.core.model.lens.lens import Lens, step_f_stop
 from heatlens.core.model.lens.lens_kit import KitLens, LensKit
 from heatlens.core.model.shot.settings import Bokeh, Quality
 from heatlens.core.model.units import format_distance
-from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.documents.lens_kits import KitShelf, kit_shelf
-from heatlens.media.plate.coc_line import Surface, focused_at, focused_at_pixel, surfaces_at
+from heatlens.media.plate.coc_line import (
+    Surface,
+    focused_at,
+    focused_at_pixel,
+    nudge_lens,
+    surfaces_at,
+)
 from heatlens.media.plate.header.header_lens import StartLens
 from heatlens.media.plate.mattes.mattes import has_things, thing_at
 from heatlens.media.plate.plate import Plate
-from heatlens.studio.session.messages import Problem, report_errors
 from heatlens.studio.session.shared import Commands, Shared
 
 
@@ -85,8 +90,6 @@ class KitCommands(Commands):
             editing.settle()
             self._say(f"The lens is the {kit_lens.name} of {kit.name}: it {kit_lens.words}.")
 
-
-_NUDGE = 1 / 250  # one notch, as a share of the length of the focus bar
 
 Choice = TypeVar("Choice", bound=StrEnum | None)
 
@@ -213,12 +216,6 @@ class LensCommands(Commands):
         shot = self._editing.shot
         defocus = replace(shot.defocus, bokeh=_next_choice(list(Bokeh), shot.defocus.bokeh))
         self._editing.edit(replace(shot, defocus=defocus))
-
-
-def nudge_lens(lens: Lens, histogram: DepthHistogram, notches: float) -> Lens:
-    """Return the lens focused nearer (positive) or farther by `notches` of the focus bar."""
-    step = notches * _NUDGE * histogram.most_dioptres
-    return focused_at(lens, max(1.0 / lens.focus_distance_m + step, 0.0))
 
 
 def _next_choice(choices: Sequence[Choice], current: Choice) -> Choice:

@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from heatlens.core.base.background import Background
+from heatlens.core.base.messages import report_errors
 from heatlens.core.model.lens.opening_image import OpeningImage
 from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.guides import Canvas, frame_lines_for
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.media.camera.camera_file import read_camera
 from heatlens.media.camera.into_shot import with_camera
 from heatlens.media.camera.samples import CameraSamples
@@ -21,8 +23,6 @@ from heatlens.media.camera.shoot_timecode import match_by_timecode
 from heatlens.media.color.grade_file import read_grade
 from heatlens.media.documents.frame_line_file import read_canvases
 from heatlens.media.plate.opening_picture import read_opening_image
-from heatlens.studio.session.messages import report_errors
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.shared import Commands, Shared
 
 Imported = TypeVar("Imported")

@@ -10,39 +10,28 @@ import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum, auto
 
+from heatlens.core.base.messages import Problem, Worker, report_errors
 from heatlens.core.model.curves.key_reduction import Samples
 from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.keys.key_rows import RowChoice
 from heatlens.core.model.shot.history import History
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.core.model.shot.pull import apply_recorded_focus, apply_recorded_parameter
+from heatlens.core.model.shot.pull import (
+    TOLERANCE_LEAST,
+    TOLERANCE_MOST,
+    RecordingState,
+    apply_recorded_focus,
+    apply_recorded_parameter,
+)
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.live.ring_take import RingTake, Track
-from heatlens.studio.session.messages import Problem, Worker, report_errors
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.shot.editing import Performance
 from heatlens.studio.session.time.timeline import Timeline
 
-TOLERANCE_LEAST, TOLERANCE_MOST = 1e-4, 1.0  # dioptres
 BEATS = 3  # seconds of the count-in
 _SHARP_SHARE = 0.5  # first tolerance, as a share of the depth of field on one side: invisible
-
-
-class RecordingState(Enum):
-    """The stages of a recording, in their order."""
-
-    OFF = auto()
-    ARMED = auto()  # the count-in begins when the shot is to play
-    COUNTING = auto()  # 3, 2, 1: the user takes hold of the focus before playback starts
-    RECORDING = auto()
-    RECORDED = auto()  # the keys are set, and their tolerance can still be changed
-
-    @property
-    def is_waiting(self) -> bool:
-        """True from arming a recording until its keys are set."""
-        return self not in (RecordingState.OFF, RecordingState.RECORDED)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from dataclasses import replace
 from statistics import median
 
 from heatlens.core.base.errors import LensError
+from heatlens.core.base.messages import Problem, Worker
 from heatlens.core.model.lens.lens import Lens, MeasuredFrom, from_pupil_m
 from heatlens.core.model.option import Values
 from heatlens.core.model.shot.shot import Shot
@@ -26,7 +27,6 @@ from heatlens.media.live.ring.channel_map import (
 )
 from heatlens.media.live.ring.sender import SOURCE, LensOutput, Sender
 from heatlens.media.live.ring.sources import LensSample, NumberedSample, RingInput, SourceState
-from heatlens.studio.session.messages import Problem, Worker
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.editing import Editing
 

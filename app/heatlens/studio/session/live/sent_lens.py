@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from heatlens.core.base.errors import LensError
+from heatlens.core.base.messages import Worker
 from heatlens.core.model.option import Values
 from heatlens.media.plate.plate import CameraHeader, Plate
 from heatlens.render.source.stream_source import OpenedStream
 from heatlens.studio.session.lens.lens_commands import LensCommands
-from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.shot.start import first_lens
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from math import inf
 
 from heatlens.core.model.focus.coc import sharp_dioptres
-from heatlens.core.model.marks.mark import Mark
+from heatlens.core.model.marks.mark import Mark, MarkDistance
 from heatlens.core.model.shot.pull import (
     EASE_PERCENT,
     PullShape,
@@ -13,7 +13,7 @@ from heatlens.core.model.shot.pull import (
     shaped_pull,
 )
 from heatlens.studio.session.marks.live_following import LiveFollowing
-from heatlens.studio.session.marks.mark_distances import MarkDistance, MarkDistances
+from heatlens.studio.session.marks.mark_distances import MarkDistances
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.timeline import Timeline
 

@@ -4,12 +4,12 @@ from dataclasses import dataclass, replace
 
 from heatlens.core.base.background import Background
 from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.messages import Problem, Worker, report_errors
 from heatlens.core.model.focus.live_focus import Follow, LiveFocus, Pursuit
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.shot.pull import bake_live_focus
 from heatlens.core.model.shot.shot import Shot
 from heatlens.render.source.live_focus import measure_followed_marks
-from heatlens.studio.session.messages import Problem, Worker, report_errors
 from heatlens.studio.session.shared import Commands, Shared
 
 _CHECK_S = 2.0  # between two checks of the files of plates

@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 
 from heatlens.core.base.background import Background
+from heatlens.core.base.messages import Worker, report_errors
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.focus.live_focus import Distances
 from heatlens.core.model.marks.mark import Mark, free_letter
@@ -24,7 +25,6 @@ from heatlens.studio.session.marks.mark_measuring import (
     mark_on_object,
     smooth_distances,
 )
-from heatlens.studio.session.messages import Worker, report_errors
 from heatlens.studio.session.scenes.following import PointMeasurement
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shared import Commands, Shared

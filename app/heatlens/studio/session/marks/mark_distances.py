@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 
 from heatlens.core.base.background import Background
 from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.core.base.messages import Worker, report_errors
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.focus.focus_offset import focus_offset_of
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.marks.mark import Mark
+from heatlens.core.model.marks.mark import Mark, MarkDistance
 from heatlens.core.model.marks.marks import MatteMark, ObjectMark, PointMark
 from heatlens.core.model.marks.track_mark import TrackMark, TrackPlace
 from heatlens.core.model.shot.plate_options import PlateOptions
@@ -21,7 +22,6 @@ from heatlens.media.plate.coc_line import sharp_at
 from heatlens.media.plate.mark_distance import mark_on_plate_m
 from heatlens.media.plate.plate import Plate
 from heatlens.media.plate.read import read_plate
-from heatlens.studio.session.messages import Worker, report_errors
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shared import Commands, Shared
@@ -49,24 +49,6 @@ def plate_at(cache: FrameCache, options: PlateOptions, frame: int) -> Plate:
     if isinstance(plate, Damaged):
         raise InputError(plate.sentence)
     return plate or read_plate(cache.sequence.path_at(held_frame), options)
-
-
-# A distance can be known, hidden or not known yet, and callers that need it wait for the frame.
-# Without the third case, the focus bar, the list and the page showed the distance of the previous
-# frame while a frame was being read, and a pull whose arrival was not in memory used the distance
-# of the frame where it starts.
-@dataclass(frozen=True)
-class MarkDistance:
-    """The distance of a mark at a frame, as far as it is known.
-
-    distance_m   None where it is hidden, and where it is not known
-    is_known     False while the frame is not in memory, or a thing is still being measured
-    problem      a sentence why it cannot be known, or ""
-    """
-
-    distance_m: float | None = None
-    is_known: bool = True
-    problem: str = ""
 
 
 _UNKNOWN, _HIDDEN = MarkDistance(is_known=False), MarkDistance()

@@ -12,6 +12,7 @@ from math import inf
 
 from heatlens.core.base.background import Background
 from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.messages import Worker
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.focus.live_focus import Distances
 from heatlens.core.model.marks.mark import Mark
@@ -24,7 +25,6 @@ from heatlens.media.plate.mattes.mattes import thing_at
 from heatlens.media.plate.plate import Plate
 from heatlens.media.plate.tracking.tracked_mark import track_mark
 from heatlens.studio.session.marks.mark_distances import plate_at, reading_options
-from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.focus_track import MarkTrack, mark_track

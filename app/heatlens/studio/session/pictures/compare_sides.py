@@ -6,9 +6,9 @@ from dataclasses import replace
 from math import ceil, log2
 
 from heatlens.core.model.shot.look import Look
-from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.shot.shot import Shot
-from heatlens.core.model.view.view import GRID_MOST, Against, Compare, ViewState
+from heatlens.core.model.view.compared_looks import is_look_b, method_of_b, visible_looks
+from heatlens.core.model.view.view import Compare, ViewState
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software
 from heatlens.render.preview.level_choice import GPU_WORK_POWER, CostModel
@@ -19,7 +19,6 @@ from heatlens.studio.session.pictures.look_pictures import LookPictures
 
 _MIN_B_SHARE = 0.25  # share of the time budget that B gets, however long A took
 _MIN_SCALE = 0.25  # the smallest scale at which pictures of the grid are rendered
-CURRENT_LENS = ""  # in place of a look's name: the current lens
 
 
 Side = LivePicture | LookPictures  # pictures that are rendered in short time slices
@@ -157,44 +156,6 @@ class CompareSides:
     def is_unfinished(self, name: str) -> bool:
         """Return True while the whole picture of a look is not finished."""
         return name not in self._same_as_a and self.looks.is_unfinished(name)
-
-
-def is_look_b(view: ViewState) -> bool:
-    """Return True if B is visible and shows a look."""
-    is_b_visible = view.compare not in (Compare.OFF, Compare.GRID)
-    return is_b_visible and view.against is Against.LOOK
-
-
-def method_of_b(view: ViewState, has_many_views: bool) -> Method | None:
-    """Return the method of B; None if B is not visible or needs a scene and none is open."""
-    is_b_visible = view.compare not in (Compare.OFF, Compare.GRID)
-    if not is_b_visible or view.against is not Against.METHOD:
-        return None
-    return view.b_method if has_many_views or not view.b_method.needs_scene else None
-
-
-def look_named(shot: Shot, name: str) -> Look | None:
-    """Return the look of this name; None if the shot has no such look."""
-    return next((look for look in shot.looks if look.name == name), None)
-
-
-def grid_names(view: ViewState, shot: Shot) -> tuple[str, ...]:
-    """Return the names in the grid: up to four looks, and the current lens if fewer than four."""
-    names = [look.name for look in shot.looks]
-    grid = tuple(name for name in names if name in view.grid) or tuple(names)
-    grid = grid[:GRID_MOST]
-    return grid if len(grid) == GRID_MOST else (*grid, CURRENT_LENS)
-
-
-def visible_looks(view: ViewState, shot: Shot) -> tuple[Look, ...]:
-    """Return the visible looks: those of the grid, or the compared ones."""
-    names: tuple[str, ...] = ()
-    if view.compare is Compare.GRID:
-        names = grid_names(view, shot)
-    elif is_look_b(view):
-        names = tuple({view.a_look: None, view.b_look: None})
-    looks = (look_named(shot, name) for name in names)
-    return tuple(look for look in looks if look is not None)
 
 
 def _shot_through(shot: Shot, look: Look, view: ViewState, zoom: float) -> Shot:

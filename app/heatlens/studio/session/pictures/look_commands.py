@@ -1,21 +1,13 @@
 """Keep the current lens as a look, return to looks, and compare with them."""
 
-import base64
-import binascii
 from dataclasses import replace
-from io import BytesIO
 
-import numpy as np
-from numpy.typing import NDArray
-from PIL import Image
-
+from heatlens.core.base.messages import Problem, report_errors
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import free_letter
 from heatlens.core.model.shot.look import Look
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import GRID_MOST, Against, Compare, ViewState
-from heatlens.media.files.opened_by_ending import open_embedded_picture
-from heatlens.studio.session.messages import Problem, report_errors
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.shared import Commands, Shared
 
 LOOKS_WITH_KEY = 9  # looks with a shortcut
@@ -138,26 +130,3 @@ class LookCommands(Commands):
         else:
             grid = [*grid[-GRID_MOST + 1 :], look.name]
         self._view.state = replace(self._view.state, grid=tuple(grid))
-
-
-_QUALITY = 85
-_MAX_SIDE = 1024  # pixels; larger pictures are rejected
-
-
-def still_of(pixels: NDArray[np.uint8]) -> str:
-    """Return a picture, (H, W, 3), as the text of a still."""
-    file = BytesIO()
-    Image.fromarray(np.ascontiguousarray(pixels)).save(file, "JPEG", quality=_QUALITY)
-    return base64.b64encode(file.getvalue()).decode("ascii")
-
-
-def pixels_of_still(text: str) -> NDArray[np.uint8] | None:
-    """Return the picture of a still, (H, W, 3); None for an invalid text."""
-    try:
-        data = base64.b64decode(text, validate=True)
-        with open_embedded_picture(data, ("JPEG",)) as image:
-            if max(image.size) > _MAX_SIDE:
-                return None
-            return np.asarray(image.convert("RGB"), np.uint8)
-    except (binascii.Error, OSError, ValueError, Image.DecompressionBombError):
-        return None

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from heatlens.core.base.background import Background
 from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.core.base.messages import Worker
 from heatlens.core.base.paths import open_regular_file
 from heatlens.core.model.lens.lens import Lens
 from heatlens.media.files.marks import blurred_mark
@@ -30,7 +31,6 @@ from heatlens.media.scene.scene_read import files_of_scene
 from heatlens.render.display.display_values import DisplayValues
 from heatlens.render.gpu.textures import download
 from heatlens.render.preview.shown import Shown
-from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.pictures.live_picture import LivePicture
 from heatlens.studio.session.pictures.picture_view import PictureDisplay
 from heatlens.studio.session.shared import Commands, Shared

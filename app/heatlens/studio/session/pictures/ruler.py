@@ -3,38 +3,12 @@
 import math
 from dataclasses import dataclass
 
-from heatlens.core.model.view.view_geometry import PictureShape, desqueezed_shape
+from heatlens.core.base.messages import report_errors
+from heatlens.core.model.view.picture_view import PictureView
+from heatlens.core.model.view.view_geometry import Intrinsics, Pixel, desqueezed_shape
 from heatlens.media.plate.coc_line import depth_at_m
 from heatlens.media.plate.plate import Plate
-from heatlens.studio.session.messages import report_errors
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.shared import Commands, Shared
-
-Vector = tuple[float, float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Intrinsics:
-    """A pinhole camera: its lens, and the shape of its picture."""
-
-    focal_length_mm: float
-    sensor_width_mm: float
-    shape: PictureShape
-
-    def point_m(self, pixel: tuple[int, int], depth_m: float) -> Vector:
-        """Return where the middle of a pixel lies: right of, below and in front of the camera.
-
-        `depth_m` is measured along the axis. The sensor is as wide as the picture.
-        """
-        pitch_x = self.sensor_width_mm / self.shape.width_px / self.focal_length_mm
-        pitch_y = pitch_x / self.shape.pixel_aspect
-        middle_x, middle_y = self.shape.middle_px
-        across = (pixel[0] + 0.5 - middle_x) * pitch_x
-        down = (pixel[1] + 0.5 - middle_y) * pitch_y
-        return across * depth_m, down * depth_m, depth_m
-
-
-Pixel = tuple[int, int]
 
 _ASSUMED_LENS = "The file has no lens: the ruler uses the current one."
 

@@ -12,10 +12,12 @@ import numpy as np
 
 from heatlens.core.base.background import Background
 from heatlens.core.base.faults import report_faults
+from heatlens.core.base.messages import Worker
 from heatlens.core.model.option import Values
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.view.overlays import NO_OVERLAY
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import DIFFERENCE_GAINS, Against, Compare
 from heatlens.core.model.view.view_geometry import zoom_view, zoom_view_to
 from heatlens.media.plate.header.channel_choice import choose_color
@@ -24,8 +26,6 @@ from heatlens.media.plate.read import color_file_parts, read_color
 from heatlens.render.gpu.context import check_plate_fits
 from heatlens.render.gpu.device import Texture
 from heatlens.render.gpu.textures import new_texture, upload
-from heatlens.studio.session.messages import Worker
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.pictures.ruler import Ruler
 from heatlens.studio.session.shared import Commands, Shared
 

@@ -6,6 +6,7 @@ A worker of the cluster renders the whole picture at rest too, if that is chosen
 from collections.abc import Container, Iterable, Iterator, Sequence
 from itertools import islice
 
+from heatlens.core.base.messages import Problem, passing_message
 from heatlens.core.model.shot.shot import Shot
 from heatlens.deliver.farm.frame_cluster import (
     ON_THIS_MACHINE,
@@ -19,7 +20,6 @@ from heatlens.render.gpu.device import Texture
 from heatlens.render.rendered_frames.frame_filler import FrameJob
 from heatlens.render.rendered_frames.frame_store import FrameStore
 from heatlens.render.rendered_frames.kept_pictures import RenderedPicture
-from heatlens.studio.session.messages import Problem, passing_message
 from heatlens.studio.session.pictures.elsewhere import RemoteRenderer
 from heatlens.studio.session.playing.ahead_jobs import AheadJobs, FramesRequest
 from heatlens.studio.session.settings.export_place import ExportPlace, Where

@@ -1,7 +1,7 @@
 """Playback: advances the playhead when a frame is due, and requests the plates around it."""
 
+from heatlens.core.base.messages import Worker
 from heatlens.media.frame_cache.cache import Direction
-from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.opened.picture_feed import Playhead
 from heatlens.studio.session.playing.frames_ahead import FramesAhead
 from heatlens.studio.session.shared import Commands, Shared

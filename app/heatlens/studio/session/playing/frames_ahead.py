@@ -10,13 +10,13 @@ from pathlib import Path
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.faults import report_faults
+from heatlens.core.base.messages import Worker
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.render.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.render.rendered_frames.frame_key import NO_ORDER, PlayOrder
 from heatlens.render.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_bytes_of
 from heatlens.render.rendered_frames.kept_pictures import DiskStore, MemoryStore
 from heatlens.render.rendered_frames.screen_work import ScreenWork
-from heatlens.studio.session.messages import Worker
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.playing.ahead_jobs import (
     AheadJobs,
     FramesRequest,

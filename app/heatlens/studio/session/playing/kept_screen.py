@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from heatlens.core.model.boxes import Box
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import ViewState
 from heatlens.render.display.screen_frames import MOST_BYTES, ScreenFrames
 from heatlens.render.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures
@@ -15,7 +16,6 @@ from heatlens.render.rendered_frames.frame_filler import FrameJob
 from heatlens.render.rendered_frames.kept_pictures import KeptPicture
 from heatlens.render.rendered_frames.screen_work import KeptFrame, ScreenWork
 from heatlens.studio.session.opened.open_source import OpenSource
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.playing.ahead_jobs import FramesRequest
 from heatlens.studio.session.playing.frames_ahead import FramesAhead
 from heatlens.studio.session.shot.editing import Editing

@@ -12,12 +12,12 @@ from enum import Enum, auto
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.faults import report_faults
+from heatlens.core.base.messages import Worker
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.render.preview.shown import Shown
-from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.pictures.compare_sides import CompareSides, Side
 from heatlens.studio.session.pictures.live_picture import PlateVersion
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.playing.frames_ahead import FramesAhead
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.speed import Speed

@@ -2,11 +2,9 @@
 
 from dataclasses import replace
 
-from heatlens.core.model.shot.framing import Framing, SceneTiming
-from heatlens.studio.session.messages import Worker
+from heatlens.core.base.messages import Worker
+from heatlens.core.model.shot.framing import ALL_CLIPS, Framing, SceneTiming
 from heatlens.studio.session.shared import Commands, Shared
-
-ALL_CLIPS = "all at once"
 
 
 class ClipChoice(Commands, Worker):

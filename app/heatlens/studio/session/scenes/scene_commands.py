@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.messages import report_errors
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import free_letter
@@ -16,7 +16,13 @@ from heatlens.core.model.shot.camera_track import Pose, Vector
 from heatlens.core.model.shot.framing import Framing, WorldAxis
 from heatlens.core.model.shot.pull import focus_on_distances
 from heatlens.core.model.units import format_distance
-from heatlens.core.model.view.orbit import dolly_camera, orbit_camera, pan_camera, pivot_of
+from heatlens.core.model.view.orbit import (
+    CameraDrag,
+    dolly_camera,
+    orbit_camera,
+    pan_camera,
+    pivot_of,
+)
 from heatlens.media.scene.first_shot import lens_values, through_camera
 from heatlens.media.scene.scene import Scene
 from heatlens.media.scene.scene_bounds import (
@@ -26,7 +32,6 @@ from heatlens.media.scene.scene_bounds import (
     object_depth_m,
     object_names,
 )
-from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.scenes.clip_choice import ClipChoice
 from heatlens.studio.session.scenes.following import PointMeasurement
 from heatlens.studio.session.scenes.size_keeping import SizeKeeping
@@ -34,15 +39,6 @@ from heatlens.studio.session.shared import Commands, Shared
 
 _TURN_RAD = math.pi  # orbit angle of a drag as long as the picture is high
 _DOLLY_SHARE = 0.12  # movement for one wheel notch, as a share of the focus distance
-
-
-@dataclass(frozen=True, slots=True)
-class CameraDrag:
-    """A mouse movement, right and down as shares of the picture's height, or in notches."""
-
-    kind: Literal["orbit", "truck", "dolly"]
-    right: float = 0.0
-    down: float = 0.0
 
 
 class SceneCommands(Commands):

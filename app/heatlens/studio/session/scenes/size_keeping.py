@@ -4,11 +4,11 @@ import math
 from typing import Literal
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.messages import report_errors
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import DistanceMark
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.scene.same_size import KeptSize, crop_words
-from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.shared import Commands, Shared
 
 _ZOOM_MESSAGE = "Another focal length now zooms the picture."

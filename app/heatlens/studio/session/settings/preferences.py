@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_type_hints
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.paths import absolute, read_file_bytes
+from heatlens.core.model.curves.frames import Ending
 from heatlens.core.model.option import Values
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.view.guides import NO_GUIDES, USUAL_PEAKING, Guides, Peaking
@@ -23,7 +24,6 @@ from heatlens.media.files.atomic_file import FOR_THE_USER, lock_file, write_whol
 from heatlens.media.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.media.live.ring.channel_map import ChannelMap
 from heatlens.studio.session.settings.export_place import HERE, ExportPlace, LeftExport
-from heatlens.studio.session.time.playback import Ending
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

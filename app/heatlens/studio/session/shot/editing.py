@@ -5,11 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from heatlens.core.base.errors import InputError, LensError
+from heatlens.core.base.messages import Problem, passing_message, report_errors
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.history import History
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import LensCurves, Shot
-from heatlens.studio.session.messages import Problem, passing_message, report_errors
 
 _TRIAL_MESSAGE = "Only a trial at this frame, because auto key (A) is off. K keeps it as a key."
 _ALL_FRAMES_MESSAGE = (

@@ -1,6 +1,5 @@
 """Read, write and autosave shot files on a thread."""
 
-import hashlib
 import re
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -23,7 +22,6 @@ from heatlens.media.documents.shot_file import (
 Result = TypeVar("Result")
 
 _MAX_READS = 4  # number of shots that can be opened while a disk does not answer
-_UNSAVED_FOLDER = "unsaved"
 _FRAME_NUMBER = re.compile(r"[._-]?\d+$")
 
 
@@ -94,12 +92,6 @@ def proposed_name(plate: Path, is_numbered: bool) -> str:
     """Return the default file name for a shot of this plate."""
     stem = _FRAME_NUMBER.sub("", plate.stem) if is_numbered else plate.stem
     return f"{stem or plate.stem}{SHOT_SUFFIX}"
-
-
-def unnamed_path(folder: Path, source: str) -> Path:
-    """Return the autosave path of a shot without a file: named after its source, in `folder`."""
-    digest = hashlib.sha256(source.encode("utf-8", "surrogateescape")).hexdigest()[:16]
-    return folder / _UNSAVED_FOLDER / f"{digest}{SHOT_SUFFIX}"
 
 
 def _read_both(path: Path, is_required: bool) -> StoredShot:

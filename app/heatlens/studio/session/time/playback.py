@@ -2,21 +2,11 @@
 
 import time
 from collections.abc import Callable
-from enum import StrEnum
 
-from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.curves.frames import Ending, FrameRange
 
 _MIN_WAIT_S = 0.001  # with 0, the loop would neither sleep nor draw
 _ROUNDING = 1e-6  # tolerance in frames
-
-
-class Ending(StrEnum):
-    """What happens after the last frame."""
-
-    LOOP = "loop"  # start again at the first
-    BOUNCE = "bounce"  # reverse the direction
-    ONCE = "once"  # stop
-    REEL = "reel"  # go on in the next shot of the reel; without one, start again
 
 
 class Playback:

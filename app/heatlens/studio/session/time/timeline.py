@@ -1,71 +1,21 @@
-"""Keep the frames of the open source and move the playhead over them.
-
-The timeline draws the states of frames under its ruler, as runs of equal ones.
-"""
+"""Keep the frames of the open source and move the playhead over them."""
 
 import math
-import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from itertools import groupby
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Literal
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.messages import Problem
 from heatlens.core.model.curves.curve import SAME_FRAME
-from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.curves.frames import Ending, FrameRange
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.timecode import parse_timecode
-from heatlens.media.frame_cache.cache import FrameCache, FrameState
+from heatlens.media.frame_cache.cache import FrameCache
+from heatlens.media.frame_cache.frame_states import FrameStates, Run
 from heatlens.media.sequence.sequence import MissingPolicy
-from heatlens.studio.session.messages import Problem
 from heatlens.studio.session.shared import Commands, Shared
-from heatlens.studio.session.time.playback import Ending, Playback
-
-_MAX_SHARE = 0.05  # the largest share of the time that may be spent on updating the runs
-
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """Neighboring frames, first to last, in the same state."""
-
-    first: int
-    last: int
-    state: FrameState
-
-
-class FrameStates:
-    """The runs of a cache, updated when it changes, and less often for a long film."""
-
-    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
-        self._clock = clock
-        self._runs_key: object = None
-        self._next_update_s = 0.0
-        self._runs: tuple[Run, ...] = ()
-
-    def runs(self, cache: FrameCache, version: object) -> tuple[Run, ...]:
-        """Return the current runs; `version` differs whenever they may have changed."""
-        now_s = self._clock()
-        if (cache, version) != self._runs_key and now_s >= self._next_update_s:
-            self._runs, self._runs_key = runs_of(cache.states()), (cache, version)
-            self._next_update_s = now_s + (self._clock() - now_s) / _MAX_SHARE
-        return self._runs
-
-    def is_outdated(self, cache: FrameCache, version: object) -> bool:
-        """Return True while there are changes that `runs` has not returned yet."""
-        return (cache, version) != self._runs_key
-
-
-def runs_of(states: Mapping[int, FrameState]) -> tuple[Run, ...]:
-    """Join neighbors in the same state; frames that are only on disk are in no run."""
-    runs = []
-    for state, frames in groupby(states, key=states.__getitem__):
-        if state != "absent":
-            first = last = next(frames)
-            for last in frames:  # noqa: B007  # groupby's iterators have no last
-                pass
-            runs.append(Run(first, last, state))
-    return tuple(runs)
-
+from heatlens.studio.session.time.playback import Playback
 
 _STILL_REACH = 100_000  # largest frame number that the playhead can reach on a still
 _MAX_FRAMES = 1_000_000  # largest number of frames of a shot

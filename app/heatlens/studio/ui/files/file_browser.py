@@ -10,11 +10,11 @@ from pathlib import Path
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.messages import Problem
 from heatlens.core.base.outside_text import printable
 from heatlens.media.sequence.folder_list import Entry
 from heatlens.studio.session.files.file_commands import PURPOSES, FileCommands
 from heatlens.studio.session.files.folder_walk import ChosenFile, FolderWalk
-from heatlens.studio.session.messages import Problem
 from heatlens.studio.ui import probe, texts, theme, topmost, widgets
 
 _SIZE_EM = (56.0, 34.0)

@@ -10,7 +10,7 @@ from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.settings import Method, barred_methods
 from heatlens.core.model.view.overlays import overlays_by_name
 from heatlens.core.model.view.view import GAIN_LEAST, GAIN_MOST, Against, Compare, ViewState
-from heatlens.studio.session.pictures.picture_view import ColorChoice
+from heatlens.render.display.color_choice import ColorChoice
 from heatlens.studio.ui import probe, widgets
 
 _COMPARE_NAMES: Mapping[str, str] = {

@@ -8,6 +8,7 @@ from functools import partial
 
 from imgui_bundle import imgui
 
+from heatlens.core.base.messages import report_errors, window_words
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.focus.coc import depth_of_field_m, far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.core.model.focus.plausibility import About, Doubt
@@ -26,8 +27,8 @@ from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.units import format_distance
 from heatlens.core.model.value_bins import DepthHistogram
-from heatlens.studio.session.lens.lens_commands import KitCommands, nudge_lens
-from heatlens.studio.session.messages import report_errors, window_words
+from heatlens.media.plate.coc_line import nudge_lens
+from heatlens.studio.session.lens.lens_commands import KitCommands
 from heatlens.studio.ui import probe, texts, theme, widgets
 
 _LIMITS_EM = 20.0  # below this width, four equal columns would cut their text

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.lens.lens import measured_text
 from heatlens.core.model.shot.look import Look
+from heatlens.core.model.view.compared_looks import grid_names, is_look_b
 from heatlens.core.model.view.view import GRID_MOST, Compare
+from heatlens.media.files.still_text import pixels_of_still, still_of
 from heatlens.render.gpu.device import Texture
 from heatlens.studio.board.board import Board
 from heatlens.studio.session.desks import PictureDesk
 from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.pictures.compare_sides import grid_names, is_look_b
-from heatlens.studio.session.pictures.look_commands import pixels_of_still, still_of
 from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 from heatlens.studio.ui.picture.picture_alone import PictureAlone

@@ -6,22 +6,21 @@ from functools import partial
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.core.base.messages import report_errors
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.focus.live_focus import Follow
 from heatlens.core.model.lens.lens import measured_text, parse_measured_m
-from heatlens.core.model.marks.mark import Mark
+from heatlens.core.model.marks.mark import Mark, MarkDistance
 from heatlens.core.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark
 from heatlens.core.model.marks.track_mark import TrackMark, TrackPlace
 from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import PullShape
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view_geometry import Point
 from heatlens.studio.session.desks import TimeDesk
 from heatlens.studio.session.facts import Facts
 from heatlens.studio.session.marks.mark_commands import MarkCommands
-from heatlens.studio.session.marks.mark_distances import MarkDistance
-from heatlens.studio.session.messages import report_errors
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.ui import probe, texts, theme, topmost, widgets
 from heatlens.studio.ui.field_row import field_row
 from heatlens.studio.ui.state import UiState

@@ -11,6 +11,7 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
+from heatlens.core.base.messages import report_errors
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.lens import opening
 from heatlens.core.model.lens.aperture import (
@@ -23,7 +24,6 @@ from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.lens.opening_fields import BLADES_LEAST, BLADES_MOST
 from heatlens.core.model.option import options_of
-from heatlens.studio.session.messages import report_errors
 from heatlens.studio.ui import probe, theme, widgets
 from heatlens.studio.ui.field_row import field_row
 from heatlens.studio.ui.panels.lens_panel import parse_stop

@@ -8,6 +8,7 @@ from functools import partial
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.messages import window_words
 from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.focus.plausibility import Doubt
 from heatlens.core.model.lens.lens import Lens
@@ -17,7 +18,6 @@ from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.header.channel_choice import color_layers_among, depth_channels_first
 from heatlens.media.plate.header.entries import FOR_THE_EYE
 from heatlens.media.plate.plate import CameraHeader, Plate
-from heatlens.studio.session.messages import window_words
 from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.panels.depth_scale import draw_histogram, draw_scale
 from heatlens.studio.ui.panels.plate_rows import behind_rows, matte_rows

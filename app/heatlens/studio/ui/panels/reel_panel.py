@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.outside_text import printable
-from heatlens.core.model.shot.reel import Reel, ReelShot
+from heatlens.core.model.shot.reel import CutFocus, Reel, ReelShot
 from heatlens.core.model.units import format_distance
 from heatlens.core.model.view.view import Compare
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.device import Texture
 from heatlens.studio.session.desks import PictureDesk
 from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.files.open_reel import CutFocus, OpenReel
+from heatlens.studio.session.files.open_reel import OpenReel
 from heatlens.studio.ui import probe, texts, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 from heatlens.studio.ui.picture.picture_alone import PictureAlone

@@ -8,6 +8,7 @@ from uuid import UUID
 
 from imgui_bundle import imgui
 
+from heatlens.core.base.messages import report_errors
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.units import format_distance, parse_distance_m
 from heatlens.media.live.ring.channel_map import (
@@ -19,7 +20,6 @@ from heatlens.media.live.ring.channel_map import (
 )
 from heatlens.media.live.ring.sources import RingInput, SourceState
 from heatlens.studio.session.live.ring_hand import RingHand
-from heatlens.studio.session.messages import report_errors
 from heatlens.studio.ui import probe, texts, theme, widgets
 
 Say = Callable[[str], None]

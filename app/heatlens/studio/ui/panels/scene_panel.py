@@ -5,10 +5,10 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.core.base.messages import report_errors
 from heatlens.core.base.outside_text import printable
 from heatlens.media.scene.placing import lacks_placing
 from heatlens.media.scene.scene_bounds import object_names
-from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shot.editing import Editing
 from heatlens.studio.ui import probe, texts, widgets

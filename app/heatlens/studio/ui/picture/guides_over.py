@@ -13,8 +13,8 @@ from heatlens.core.model.view.guides import (
     guide_shapes,
     inner_rect,
 )
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view_geometry import PictureShape, Viewport
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.ui import probe, theme
 
 _BEAT_EM = 8.0  # size of a number of the count-in

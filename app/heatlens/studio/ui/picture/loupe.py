@@ -10,12 +10,12 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.lens.lens import measured_text
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view_geometry import Point
 from heatlens.media.plate.coc_line import Surface
 from heatlens.render.display.picture_pass import PlacedPicture
 from heatlens.render.gpu.device import Texture
 from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.ui import probe, theme
 from heatlens.studio.ui.picture.grid import Pictures
 

@@ -10,11 +10,11 @@ from imgui_bundle import imgui
 from PIL import Image, ImageDraw, ImageFont
 
 from heatlens.core.model.boxes import Box
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import ViewState
 from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.render.display.picture_pass import PlacedPicture
 from heatlens.render.gpu.device import Device, Framebuffer, Sampling, Texture
-from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.ui import theme
 from heatlens.studio.ui.picture.grid import Pictures, Tile
 from heatlens.studio.ui.picture.viewport import ViewportPanel

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.lens.lens import measured_text
 from heatlens.core.model.units import format_distance
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import Compare
-from heatlens.core.model.view.view_geometry import PictureShape, Viewport
+from heatlens.core.model.view.view_geometry import PictureShape, Pixel, Viewport
 from heatlens.render.display.probe import read_texels
 from heatlens.render.gpu.device import Device, Texture
 from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.pictures.picture_view import PictureView
-from heatlens.studio.session.pictures.ruler import Pixel, Ruler
+from heatlens.studio.session.pictures.ruler import Ruler
 from heatlens.studio.ui import probe, theme
 from heatlens.studio.ui.picture.grid import Pictures
 

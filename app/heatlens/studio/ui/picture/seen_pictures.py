@@ -7,6 +7,7 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.lens.breathing import plate_ratio
 from heatlens.core.model.lens.lens import Lens, measured_text
 from heatlens.core.model.shot.look import Look
+from heatlens.core.model.view.compared_looks import grid_names, is_look_b, look_named
 from heatlens.core.model.view.view import Compare, ViewState
 from heatlens.media.plate.overscan_need import overscan_ratio
 from heatlens.media.plate.plate import Plate
@@ -17,7 +18,6 @@ from heatlens.render.preview.shown import Shown
 from heatlens.render.rendered_frames.screen_work import KeptFrame, ScreenWork
 from heatlens.studio.session.desks import PictureDesk
 from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.pictures.compare_sides import grid_names, is_look_b, look_named
 from heatlens.studio.ui.picture.grid import Pictures, Tile
 
 

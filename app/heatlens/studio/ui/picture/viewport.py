@@ -8,6 +8,8 @@ from typing import Literal
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.model.boxes import Box
+from heatlens.core.model.view.orbit import CameraDrag
+from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import Compare, ViewState
 from heatlens.core.model.view.view_geometry import (
     PictureShape,
@@ -22,8 +24,6 @@ from heatlens.core.model.view.view_geometry import (
 from heatlens.render.display.picture_pass import Detail, PicturePass, PlacedPicture
 from heatlens.render.display.screen_pictures import MIPMAPS_UNDER
 from heatlens.render.gpu.device import Device, Framebuffer, Sampling, Texture
-from heatlens.studio.session.pictures.picture_view import PictureView
-from heatlens.studio.session.scenes.scene_commands import CameraDrag
 from heatlens.studio.ui.picture.grid import Pictures, Tile, cell_at, cells, draw_tiles
 from heatlens.studio.ui.picture.pixel_values import (
     SideValues,

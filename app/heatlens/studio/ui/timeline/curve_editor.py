@@ -14,12 +14,12 @@ from heatlens.core.base.outside_text import printable
 from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.keys.key_choice import KeyId, KeySelection, key_of, move_keys
 from heatlens.core.model.marks.marks import DistanceMark
+from heatlens.core.model.shot.focus_track import Sample
 from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.pull import RecordingState
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.desks import TimeDesk
 from heatlens.studio.session.keys.key_drag import KeyPositions, nearest_key
-from heatlens.studio.session.live.pull_recording import RecordingState
-from heatlens.studio.session.time.focus_track import Sample
 from heatlens.studio.ui import probe, theme
 from heatlens.studio.ui.probe import Rect
 from heatlens.studio.ui.timeline.curve_axis import AXES, CurveAxis, raise_keys

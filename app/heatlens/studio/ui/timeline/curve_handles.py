@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.core.base.messages import report_errors
 from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.curves.interpolation import Ease, Interpolation, Scale
 from heatlens.core.model.keys.key_choice import check_shot, frames_of
 from heatlens.studio.session.desks import TimeDesk
-from heatlens.studio.session.messages import report_errors
 from heatlens.studio.ui import theme, widgets
 from heatlens.studio.ui.timeline.curve_axis import CurveAxis
 from heatlens.studio.ui.timeline.view import TimeScale

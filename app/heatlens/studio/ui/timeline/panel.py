@@ -15,9 +15,9 @@ from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.keys.key_choice import key_of
 from heatlens.core.model.keys.key_rows import CAMERA
 from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.pull import RecordingState
+from heatlens.media.frame_cache.frame_states import Run
 from heatlens.studio.session.desks import TimeDesk
-from heatlens.studio.session.live.pull_recording import RecordingState
-from heatlens.studio.session.time.timeline import Run
 from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.timeline.curve_editor import curve_editor
 from heatlens.studio.ui.timeline.dope_sheet import dope_sheet

@@ -6,12 +6,8 @@ from itertools import pairwise
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.studio.session.live.pull_recording import (
-    TOLERANCE_LEAST,
-    TOLERANCE_MOST,
-    PullRecording,
-    RecordingState,
-)
+from heatlens.core.model.shot.pull import TOLERANCE_LEAST, TOLERANCE_MOST, RecordingState
+from heatlens.studio.session.live.pull_recording import PullRecording
 from heatlens.studio.ui import probe, texts, theme
 from heatlens.studio.ui.timeline.curve_handles import Heights
 from heatlens.studio.ui.timeline.tool_row import Tool, button_tool, text_tool, tool_row

@@ -1,7 +1,4 @@
-"""The parts of the session that are polled in each frame of the window, such as its messages.
-
-The status bar shows one message at a time, for a while.
-"""
+"""The messages to the user, one at a time, and the base of what is polled once a frame."""
 
 import re
 import time
