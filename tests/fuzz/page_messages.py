@@ -28,7 +28,7 @@ from heatlens.core.model.view.view import ViewState
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.studio.board.board import REMOTE_FIELDS, REQUESTS
 from heatlens.studio.board.commands import named_commands
-from heatlens.studio.session.session import Session
+from heatlens.studio.board.session import Session
 from heatlens.studio.share.headless import HeadlessLoop
 from heatlens.studio.share.page_message import parsed
 from heatlens.studio.share.shared import SharedSession

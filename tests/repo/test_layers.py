@@ -28,7 +28,7 @@ WINGS = {
         *("preview", "rendered_frames", "display"),
     ),
     "deliver": ("export", "farm"),
-    "studio": ("session", "board", "share", "ui"),
+    "studio": ("settings", "session", "board", "share", "ui"),
     "fronts": ("doctor", "api", "commands"),
     "lab": ("measure", "commands"),
 }

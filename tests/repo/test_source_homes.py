@@ -18,7 +18,7 @@ MAY_ASK_THE_KIND = {
     "fronts.commands.options.given_options": "refuses options of kinds that the record names",
     "fronts.commands.sources.source_commands": "reads a source on the command line by its record",
     "studio.session.live.sent_lens": "a renderer may send its lens after its picture",
-    "studio.session.files.start_choices": "the start screen names the kind of a recent file",
+    "studio.settings.cards": "the start screen names the kind of a recent file",
 }
 # Modules that may ask whether there is a 3D scene: they draw or do what only scenes have.
 MAY_ASK_FOR_A_SCENE = {

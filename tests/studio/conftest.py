@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from heatlens.studio.session.session import Session
+from heatlens.studio.board.session import Session
 from support.evening import begin_session, run_until_settled, write_plates
 
 

@@ -17,9 +17,9 @@ from heatlens.media.documents.shot_file import autosave_path, read_shot, unnamed
 from heatlens.media.plate.header.camera_header import lens_attributes
 from heatlens.render.display.front_end import FrontEnd
 from heatlens.render.display.screen_pictures import ScreenPictures
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.settings.preferences import Preferences
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.board.session import Session
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import Start
 from support.exr_files import write_file
 from support.fake_renderer import FakeRenderer
 

@@ -16,9 +16,9 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Device, Framebuffer
 from heatlens.studio.board.command import Command
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.settings.preferences import Preferences
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.board.session import Session
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import Start
 from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import probe, theme
 from heatlens.studio.ui.screen import Screen

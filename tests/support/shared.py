@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from types import SimpleNamespace
 
-from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shared import Shared
 from heatlens.studio.session.shot.editing import Editing
-from heatlens.studio.session.shot.start import CommandLineOptions, Start
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import CommandLineOptions, Start
 
 
 def shared_of(

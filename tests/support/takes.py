@@ -8,7 +8,7 @@ from typing import Any
 
 from heatlens.core.model.curves.frames import Ending
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.studio.session.session import Session
+from heatlens.studio.board.session import Session
 from support.evening import FIRST, LAST, begin_session, run_until_settled, write_plates
 
 

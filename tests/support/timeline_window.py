@@ -11,7 +11,7 @@ from heatlens.core.model.curves.frames import Ending
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import EASE_PERCENT
 from heatlens.render.gpu.device import Device
-from heatlens.studio.session.keys.key_drag import KeyDrag, KeyStretch
+from heatlens.studio.board.key_drag import KeyDrag, KeyStretch
 from heatlens.studio.session.marks.focus_pulls import PULL_FRAMES
 from heatlens.studio.ui.timeline.view import TimelineView
 from support.gui import Gui, gui_of

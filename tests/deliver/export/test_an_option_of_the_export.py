@@ -84,7 +84,7 @@ def test_export_panel_and_its_job_include_new_options(tmp_path):
         from heatlens.fronts.commands.options.field_options import fill_fields
         from heatlens.deliver.export.job import read_job
         from heatlens.core.model.view.view import DisplayOptions
-        from heatlens.studio.session.exports.export_settings import ExportSettings
+        from heatlens.studio.settings.export_settings import ExportSettings
         from heatlens.studio.ui import widgets
         from heatlens.studio.ui.panels.export_panel import export_panel
         from heatlens.studio.ui.setting_places import SETTINGS

@@ -22,10 +22,10 @@ from heatlens.core.base.faults import (
 )
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.shot import Shot
+from heatlens.deliver.farm.export_process import ExportRun
 from heatlens.fronts.commands import info
 from heatlens.fronts.commands.main import main
 from heatlens.media.documents.shot_file import autosave_path, read_shot, write_shot
-from heatlens.studio.session.exports.export_process import ExportRun
 from heatlens.studio.ui import screen
 from support.command_line import ENVIRONMENT
 from support.gui import gui_of

@@ -16,7 +16,7 @@ from heatlens.media.plate.header.primaries import AP1, KNOWN, REC709, XYZ
 from heatlens.media.plate.picture.display import decode_srgb, encode_srgb
 from heatlens.render.display.display_pass import DisplayPass
 from heatlens.render.gpu.textures import download, new_texture, upload
-from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.settings.preferences import Preferences
 from support.command_line import picture
 from support.exr_files import write_file
 from support.gui import gui_of

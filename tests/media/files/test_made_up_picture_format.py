@@ -15,8 +15,8 @@ from heatlens.fronts.commands.main import main
 from heatlens.media.files.foreign_formats import describe_other_format
 from heatlens.media.files.marks import marks_comment, parse_marks
 from heatlens.media.files.picture_formats import FORMATS, PictureFormat, Writing, is_picture
-from heatlens.studio.session.exports.export_settings import ExportSettings, frame_kinds
-from heatlens.studio.session.files.file_commands import PURPOSES
+from heatlens.studio.settings.export_settings import ExportSettings, frame_kinds
+from heatlens.studio.settings.file_purposes import PURPOSES
 from support.command_line import refused_render_message as render_refused
 from support.command_line import render, stderr_of_run
 from support.exports import (

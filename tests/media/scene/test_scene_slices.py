@@ -14,7 +14,7 @@ from heatlens.core.model.shot.settings import Method
 from heatlens.render.gpu.device import Device
 from heatlens.render.scene_gpu import bands
 from heatlens.render.scene_gpu.raster import SceneRaster
-from heatlens.studio.session.settings.preferences import Preferences, PreferenceValues
+from heatlens.studio.settings.preferences import Preferences, PreferenceValues
 from support.gui import Gui, gui_of
 from support.scene_window import picture_center, reset_scene, wait_for_whole_picture
 from support.session_files import QUICK, write_scene

@@ -25,8 +25,8 @@ from heatlens.render.source import kinds
 from heatlens.render.source.kinds import KINDS, SourceKind, kind_of, refuse_source
 from heatlens.render.source.opened import Opened
 from heatlens.render.source.source import Origin
-from heatlens.studio.session.files.start_choices import word_of
 from heatlens.studio.session.opened.picture_feed import PictureFeed
+from heatlens.studio.settings.cards import word_of
 from support.command_line import stderr_of_run
 from support.evening import begin_session, run_until, run_until_settled
 

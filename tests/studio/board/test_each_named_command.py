@@ -9,10 +9,10 @@ from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.settings import Bokeh, Method, Quality
 from heatlens.core.model.view.view import Against, Compare
+from heatlens.studio.board import window_door
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.command import Command
 from heatlens.studio.board.commands import named_commands
-from heatlens.studio.session.files import window_door
 from heatlens.studio.session.live import pull_recording
 from support.evening import FIRST, LAST, run_until_settled
 

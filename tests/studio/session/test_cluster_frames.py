@@ -13,15 +13,15 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.deliver.farm import connection, frame_cluster
 from heatlens.deliver.farm.connection import identify_scheduler_safely
+from heatlens.deliver.farm.export_place import ExportPlace, Where
 from heatlens.deliver.farm.frame_worker import _render_frame
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
+from heatlens.render.preview.speed import Speed
 from heatlens.render.rendered_frames.frame_filler import FrameFiller
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.settings.export_place import ExportPlace, Where
-from heatlens.studio.session.settings.preferences import Preferences, PreferenceValues
-from heatlens.studio.session.shot.start import Start
-from heatlens.studio.session.speed import Speed
+from heatlens.studio.board.session import Session
+from heatlens.studio.settings.preferences import Preferences, PreferenceValues
+from heatlens.studio.settings.start import Start
 from support.dask_cluster import children_of, dask_cluster, wait_for
 from support.evening import run_loop_once, run_until, run_until_settled
 from support.sequences import FIRST, sequence_files

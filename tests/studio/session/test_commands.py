@@ -15,8 +15,8 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.view.view import DIFFERENCE_GAINS, Against, Compare
 from heatlens.media.plate.coc_line import focused_at
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.shot.start import CommandLineOptions, Start
+from heatlens.studio.board.session import Session
+from heatlens.studio.settings.start import CommandLineOptions, Start
 from support.fake_renderer import FakeRenderer
 
 

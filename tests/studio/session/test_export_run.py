@@ -10,8 +10,8 @@ import pytest
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.exports import export_process
-from heatlens.studio.session.exports.export_process import ExportRun, ExportState
+from heatlens.deliver.farm import export_process
+from heatlens.deliver.farm.export_process import ExportRun, ExportState
 
 # Prints a first line, ignores every polite signal, and would go on for a minute.
 SIGNAL_IGNORING_PROGRAM = (

@@ -11,7 +11,7 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.guides import Guides
 from heatlens.core.model.view.view import DisplayOptions
 from heatlens.deliver.export.options import options_in_panel
-from heatlens.studio.session.exports.export_settings import (
+from heatlens.studio.settings.export_settings import (
     CAMERA_KINDS,
     ExportSettings,
     frame_kinds,

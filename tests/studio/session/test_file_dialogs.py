@@ -10,9 +10,9 @@ from heatlens.core.base.errors import HeatlensError
 from heatlens.core.model.depth_words import DepthConvention
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.sequence.folder_list import Entry
-from heatlens.studio.session.files.file_commands import PURPOSES
-from heatlens.studio.session.files.folder_walk import ChosenFile, FolderWalk
+from heatlens.media.sequence.folder_walk import ChosenFile, FolderWalk
 from heatlens.studio.session.files.plate_reading import _lacks_depth_ends
+from heatlens.studio.settings.file_purposes import PURPOSES
 from support.evening import (
     FIRST,
     LAST,

@@ -11,8 +11,8 @@ from heatlens.core.model.shot.pull import pull
 from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.render.rendered_frames.kept_pictures import to_half
 from heatlens.render.source.opened_plates import OpenedPlates
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.board.session import Session
+from heatlens.studio.settings.start import Start
 from support.evening import run_loop_once, run_until, run_until_settled
 from support.sequences import FIRST, sequence_files
 from support.session_files import HEIGHT, QUICK, WIDTH, room_file, scene_shot

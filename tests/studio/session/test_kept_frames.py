@@ -17,11 +17,11 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
 from heatlens.render.preview.shown import Shown
 from heatlens.render.rendered_frames.kept_pictures import to_half
+from heatlens.studio.board.session import Session
 from heatlens.studio.session.playing import ahead_jobs, frames_ahead
 from heatlens.studio.session.playing.kept_screen import KeptScreen
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.settings.preferences import Preferences
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import Start
 from support.evening import run_loop_once, run_until, run_until_settled
 from support.sequences import FIRST, frame_file, sequence_files
 from support.session_files import HEIGHT, QUICK, WIDTH

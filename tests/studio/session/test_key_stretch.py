@@ -9,7 +9,7 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import PullShape, shaped_pull
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.keys.key_drag import Ends, ends_of, stretch_keys
+from heatlens.studio.board.key_drag import Ends, ends_of, stretch_keys
 
 FOCUS = LensParameter.FOCUS_DISTANCE
 

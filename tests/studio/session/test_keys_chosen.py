@@ -15,8 +15,8 @@ from heatlens.core.model.shot.camera_track import CameraTrack, Pose, PoseKey
 from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.lens_parameter import FOCUS_SCALES, LensParameter
 from heatlens.core.model.shot.shot import Shot
+from heatlens.studio.board.key_drag import KeyDrag, keys_in_box, nearest_key
 from heatlens.studio.session.keys.key_commands import KeyCommands
-from heatlens.studio.session.keys.key_drag import KeyDrag, keys_in_box, nearest_key
 from heatlens.studio.session.shot.editing import Editing
 from support.shared import shared_of
 

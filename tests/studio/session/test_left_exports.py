@@ -6,9 +6,9 @@ import signal
 import pytest
 
 from heatlens.deliver.farm.connection import connected, identify_scheduler_safely
-from heatlens.studio.session.exports.export_settings import ExportSettings
-from heatlens.studio.session.settings.export_place import ExportPlace, Where
-from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.deliver.farm.export_place import ExportPlace, Where
+from heatlens.studio.settings.export_settings import ExportSettings
+from heatlens.studio.settings.preferences import Preferences
 from support.dask_cluster import children_of, dask_cluster, wait_for
 from support.evening import begin_session, run_until, run_until_settled, write_plates
 from support.exports import files_in

@@ -1,6 +1,7 @@
 """Looks beside each other, and pictures that are saved and copied."""
 
 import stat
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -16,12 +17,13 @@ from heatlens.core.model.view.view import Against, Compare, ViewState
 from heatlens.media.files.still_text import pixels_of_still, still_of
 from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.render.gpu.textures import download
+from heatlens.studio.board.session import Session
+from heatlens.studio.session.pictures import picture_commands
 from heatlens.studio.session.pictures.look_commands import LookCommands
 from heatlens.studio.session.pictures.picture_commands import clipboard_tools, copy_png
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.editing import Editing
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import Start
 from support.evening import begin_session, run_loop_once, run_until, run_until_settled
 from support.session_files import QUICK, room_file
 from support.shared import shared_of
@@ -243,3 +245,54 @@ def test_copy_png_uses_the_first_clipboard_tool_that_works(tmp_path, monkeypatch
         copy_png(picture, "linux", environ, lambda name: name)
     with pytest.raises(InputError, match="xclip: exit code 4"):
         copy_png(picture, "linux", {"DISPLAY": ":0"}, lambda name: name)
+
+
+def test_copy_png_does_not_wait_for_a_tool_that_stays_to_serve(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
+    write_tool(tmp_path, "xclip", "cat > /dev/null; (sleep 60) &")
+    (tmp_path / "p.png").write_bytes(b"png")
+    copy_png(tmp_path / "p.png", "linux", {"DISPLAY": ":0"}, lambda name: name)
+
+
+# Writing on a thread
+
+
+@pytest.fixture
+def room_session(ctx, renderer, tmp_path):
+    """Yield a session whose picture of a room is whole."""
+    path = room_file(tmp_path / "room.exr", 8, 6)
+    session = Session(renderer, Start(str(path), defocus=QUICK))
+    session.begin()
+    run_until_settled(session)
+    yield session
+    session.close()
+
+
+def test_picture_is_written_on_a_thread_and_close_waits_for_it(room_session, tmp_path, monkeypatch):
+    may_write, real_write_picture = threading.Event(), picture_commands.write_picture
+
+    def write_slowly(*words, **keywords):
+        assert may_write.wait(20)
+        real_write_picture(*words, **keywords)
+
+    monkeypatch.setattr(picture_commands, "write_picture", write_slowly)
+    saving = room_session.pictures.saving
+    saving.save(tmp_path / "a.exr")
+    for _ in range(5):
+        run_loop_once(room_session)  # it goes on although nothing is written
+    assert saving.is_busy and not (tmp_path / "a.exr").exists()
+    saving.copy()
+    assert "still being written" in room_session.messages.text
+    threading.Timer(0.2, may_write.set).start()
+    saving.close()
+    assert (tmp_path / "a.exr").exists()
+
+
+def test_failed_save_is_reported(room_session, tmp_path, monkeypatch):
+    def fail(*_words, **_named):
+        raise InputError("no room")
+
+    monkeypatch.setattr(picture_commands, "write_picture", fail)
+    room_session.pictures.saving.save(tmp_path / "a.exr")
+    run_until(room_session, lambda: not room_session.pictures.saving.is_busy, "the file")
+    assert room_session.messages.text == "no room"

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from heatlens.studio.session.session import LostSurfaces
+from heatlens.studio.board.session import LostSurfaces
 from support.plates import plate_of
 from support.shared import shared_of
 

@@ -15,9 +15,9 @@ from heatlens.core.model.view.view_geometry import Intrinsics, PictureShape, Vie
 from heatlens.media.plate.read import read_plate
 from heatlens.render.display.color_choice import ColorChoice
 from heatlens.render.gpu.textures import download
+from heatlens.render.preview.speed import Speed
 from heatlens.studio.session.opened.gpu_picture import GpuPicture
 from heatlens.studio.session.pictures.view_commands import ReferenceLoader
-from heatlens.studio.session.speed import Speed
 from support.evening import FIRST, HEIGHT, LEFT, RIGHT, WIDTH, begin_session, run_until_settled
 from support.exr_files import write_file
 from support.plates import coc_plate_of, plate_of

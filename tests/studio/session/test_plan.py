@@ -13,7 +13,7 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.focus_offset import focus_offset_of
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import DistanceMark, PointMark
-from heatlens.studio.session.marks.plan import PlanDrawer
+from heatlens.studio.board.plan import PlanDrawer
 
 WIDTH, HEIGHT = 96, 40
 

@@ -17,7 +17,7 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.view.guides import PEAKING_COLORS, Guides, Peaking, PeakingOn
 from heatlens.media.files import atomic_file
 from heatlens.media.live.ring.channel_map import ChannelMap, Ring
-from heatlens.studio.session.settings.preferences import (
+from heatlens.studio.settings.preferences import (
     FILE_NAME,
     Preferences,
     PreferenceValues,
@@ -214,7 +214,7 @@ def test_preferences_written_by_two_processes_lose_nothing(tmp_path):
     """Two processes write to one preferences file, as two windows do."""
     code = (
         "import sys; from pathlib import Path\n"
-        "from heatlens.studio.session.settings.preferences import Preferences\n"
+        "from heatlens.studio.settings.preferences import Preferences\n"
         "preferences = Preferences.load(Path(sys.argv[1]))\n"
         "for k in range(20):\n"
         "    preferences.remember_folder(f'{sys.argv[2]} {k}', Path('/there'))\n"

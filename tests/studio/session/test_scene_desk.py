@@ -2,6 +2,8 @@
 
 import math
 from dataclasses import replace
+from itertools import count
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,11 +15,12 @@ from heatlens.core.model.shot.framing import ALL_CLIPS, Framing, SceneTiming, Wo
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.view.orbit import CameraDrag
 from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.studio.board.session import Session
+from heatlens.studio.session.marks import mark_measuring
 from heatlens.studio.session.scenes import following
 from heatlens.studio.session.scenes.following import PointMeasurement
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.settings.preferences import Preferences
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import Start
 from support.evening import run_loop_once, run_until, run_until_settled
 from support.gltf_files import GltfWriter
 from support.session_files import QUICK, room_file, write_scene
@@ -269,6 +272,40 @@ def test_scene_tracks_of_a_long_scene_skip_frames(session):
     assert tracks._frames == (*range(1, 1000, 5), 1000)
     Long.frames = FrameRange(1, 240)
     assert tracks._frames == tuple(range(1, 241))
+
+
+def set_middle_mark(session):
+    """Set a mark in the middle of the picture, as the only one, and ask for its track."""
+    mark = PointMark("A", 20.0, 16.0)
+    session.editing.do(replace(session.editing.shot, marks=(mark,)))
+    run_until_settled(session)
+    session.time.scene_tracks.tracks()
+
+
+def test_scene_tracks_are_measured_in_short_slices(session, monkeypatch):
+    clock = SimpleNamespace(perf_counter=count(0.0, 0.45 * mark_measuring._SLICE_S).__next__)
+    set_middle_mark(session)
+    tracks = session.time.scene_tracks
+    monkeypatch.setattr(mark_measuring, "time", clock)
+    tracks.poll()
+    ((_, dioptres_by_frame),) = tracks._measured.items()
+    assert len(dioptres_by_frame) == 2  # what begins within the slice
+    tracks.tracks()
+    assert 0 < session.seconds_until_needed() < 0.05  # or the rest would never come
+
+
+def test_scene_tracks_of_many_frames_measure_few(session, monkeypatch):
+    monkeypatch.setattr(mark_measuring, "_FRAMES_MOST", 4)
+    set_middle_mark(session)
+
+    def is_complete():
+        session.time.scene_tracks.tracks()
+        return session.time.scene_tracks._next_to_measure() is None
+
+    run_until(session, is_complete, "all distances")
+    (track,) = session.time.mark_tracks()
+    frames = {frame for line in track.lines for frame, _ in line}
+    assert len(frames) <= 5 and {1, 25} <= frames
 
 
 def test_scene_commands_do_nothing_on_a_plate(ctx, renderer, tmp_path):

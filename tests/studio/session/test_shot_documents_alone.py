@@ -14,10 +14,10 @@ from heatlens.media.documents.shot_file import (
     write_autosave,
     write_shot,
 )
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.board.session import Session
 from heatlens.studio.session.shot.shot_store import proposed_name
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import Start
 from support.evening import (
     FIRST,
     LAST,

@@ -10,9 +10,9 @@ from heatlens.core.model.shot.camera_track import CameraTrack, PoseKey
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.view.orbit import CameraDrag
 from heatlens.studio.board.commands import named_commands
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.settings.preferences import Preferences
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.board.session import Session
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import Start
 from support.evening import run_until, run_until_settled
 from support.session_files import QUICK, room_file, write_scene
 

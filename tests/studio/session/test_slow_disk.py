@@ -24,14 +24,14 @@ from heatlens.media.frame_cache import sequence_reader
 from heatlens.media.plate import plate as plate_module
 from heatlens.media.plate.plate import Plate
 from heatlens.render.source.opened import Opened
+from heatlens.studio.board.session import Session
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.opened.picture_feed import Playhead
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.settings import preferences
-from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot import shot_store
 from heatlens.studio.session.shot.shot_store import ShotStore
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.settings import preferences
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import Start
 from support.exr_files import distances, rgb, write_file
 from support.frame_caches import PATIENCE_S
 from support.shot_files import FULL as SHOT

@@ -27,14 +27,14 @@ from heatlens.media.scene.scene_read import DEMO
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.textures import download
 from heatlens.render.preview.level_choice import fastest_settings
+from heatlens.studio.board.key_drag import Ends, KeyStretch
+from heatlens.studio.board.lessons import Lesson, Lessons
+from heatlens.studio.board.session import Session
 from heatlens.studio.session.keys.key_commands import KeyCommands
-from heatlens.studio.session.keys.key_drag import Ends, KeyStretch
-from heatlens.studio.session.marks.lessons import Lesson, Lessons
 from heatlens.studio.session.pictures.look_pictures import LookPictures
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.editing import Editing
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import Start
 from support.evening import (
     FIRST,
     LAST,

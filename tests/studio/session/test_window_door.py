@@ -17,8 +17,8 @@ from platformdirs import PlatformDirs
 
 from heatlens.core.base.paths import runtime_dir
 from heatlens.fronts.commands.main import main
-from heatlens.studio.session.files import window_door
-from heatlens.studio.session.files.window_door import WindowDoor, door_path, hand_over
+from heatlens.studio.board import window_door
+from heatlens.studio.board.window_door import WindowDoor, door_path, hand_over
 from support.exr_files import distances, rgb, write_file
 
 

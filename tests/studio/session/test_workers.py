@@ -4,8 +4,8 @@ import pytest
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.messages import Worker
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.board.session import Session
+from heatlens.studio.settings.start import Start
 from support.evening import begin_session, run_until_settled, write_plates
 from support.fake_renderer import FakeRenderer
 

@@ -5,8 +5,8 @@ import pytest
 
 from heatlens.media.documents.shot_file import read_shot
 from heatlens.media.sequence.folder_list import list_folder
-from heatlens.studio.session.files.file_commands import PURPOSES
-from heatlens.studio.session.files.folder_walk import ChosenFile
+from heatlens.media.sequence.folder_walk import ChosenFile
+from heatlens.studio.settings.file_purposes import PURPOSES
 from support.gui import gui_of
 from support.plates import room
 from support.session_files import HEIGHT, WIDTH, room_file, write_plate

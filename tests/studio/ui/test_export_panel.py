@@ -25,17 +25,17 @@ from heatlens.core.model.view.guides import NO_GUIDES, Guides
 from heatlens.core.model.view.view import DisplayOptions
 from heatlens.deliver.export.job import read_job
 from heatlens.deliver.export.options import ExportOptions
+from heatlens.deliver.farm.export_place import ExportPlace, Where
+from heatlens.deliver.farm.export_process import ExportState, _read_event
 from heatlens.fronts.commands.main import main
 from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.media.plate.exr.exr_write import write_exr
 from heatlens.render.gpu.textures import download
-from heatlens.studio.session.exports.export_process import ExportState, _read_event
-from heatlens.studio.session.exports.export_settings import (
+from heatlens.studio.settings.export_settings import (
     ExportSettings,
     frame_kinds,
     proposed_settings,
 )
-from heatlens.studio.session.settings.export_place import ExportPlace, Where
 from support.dask_cluster import dask_cluster
 from support.gui import Gui, gui_of
 from support.plates import room

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.studio.session.files import folder_walk
-from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.media.sequence import folder_walk
+from heatlens.studio.settings.preferences import Preferences
 from support.exr_files import rgb, write_file
 from support.gui import gui_of
 

@@ -6,7 +6,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.base.outside_text import printable
-from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.settings.preferences import Preferences
 from support.command_line import CAMERA, channels
 from support.exr_files import rgb, write_file
 from support.gltf_files import GltfWriter

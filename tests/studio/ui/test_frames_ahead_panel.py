@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.render.rendered_frames.screen_work import KeptFrame
-from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.settings.preferences import Preferences
 from heatlens.studio.ui.timeline.rendered_panel import rendered_words
 from support.gui import Gui, gui_of
 from support.sequences import FIRST, LAST, sequence_files

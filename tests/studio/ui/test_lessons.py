@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 
 from heatlens.core.base.paths import data_dir
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.studio.session.marks.lessons import Lesson, Lessons
+from heatlens.studio.board.lessons import Lesson, Lessons
 from support.gui import Gui, gui_of
 from support.session_files import QUICK, room_file
 

@@ -12,7 +12,7 @@ from imgui_bundle import imgui
 from heatlens.core.model.lens.aperture import Aperture
 from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.render.gpu.device import Device
-from heatlens.studio.session.files.file_commands import PURPOSES
+from heatlens.studio.settings.file_purposes import PURPOSES
 from heatlens.studio.ui.panels.opening_panel import disc_outline, image_cells
 from support.apertures import apertures
 from support.gui import Gui, gui_of

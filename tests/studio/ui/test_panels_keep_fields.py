@@ -20,7 +20,7 @@ from heatlens.core.model.view.overlays import OVERLAYS
 from heatlens.core.model.view.view import Against, ViewState
 from heatlens.media.plate.read import read_plate
 from heatlens.render.display.color_choice import ColorChoice
-from heatlens.studio.session.exports.export_settings import ExportSettings
+from heatlens.studio.settings.export_settings import ExportSettings
 from heatlens.studio.ui.panels.blur_panel import blur_panel
 from heatlens.studio.ui.panels.display_panel import display_panel
 from heatlens.studio.ui.panels.export_panel import export_panel

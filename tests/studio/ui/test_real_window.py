@@ -104,8 +104,8 @@ def test_later_command_opens_its_file_in_the_running_window(
 
 _STUCK = """
 import sys
-from heatlens.studio.session.settings.preferences import Preferences
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import Start
 from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import window
 window.FrameRenderer = lambda ctx: sys.stdin.read()  # what compiles shaders and takes long

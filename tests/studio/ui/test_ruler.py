@@ -61,7 +61,10 @@ def test_ruler_measures_by_two_clicks_without_focusing_until_escape(gui):
     gui.move(window_position(gui, POST))
     gui.later()
     assert ruler.measure(POST) is not None  # while the pointer moves
-    assert len(_ruler_ends(ruler, POST)) == 2 and len(_ruler_ends(ruler, (-9, 5))) == 1
+    assert (
+        len(_ruler_ends(session.pictures, POST)) == 2
+        and len(_ruler_ends(session.pictures, (-9, 5))) == 1
+    )
     gui.click(window_position(gui, POST))
     assert ruler.points == (BALL, POST)
     measurement = ruler.measure()

@@ -1,9 +1,6 @@
 """Saving and copying the picture: it is the one that `heatlens render` writes."""
 
-import os
-import shutil
 import stat
-import threading
 from dataclasses import replace
 
 import numpy as np
@@ -11,14 +8,11 @@ import pytest
 from imgui_bundle import imgui
 from PIL import Image
 
-from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.settings import Quality
 from heatlens.media.color.view_transform import srgb_transform
 from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.media.plate.header.camera_header import camera_at_header, lens_attributes
 from heatlens.media.plate.picture.picture_write import write_png
-from heatlens.studio.session.pictures import picture_commands
-from heatlens.studio.session.pictures.picture_commands import copy_png
 from support.command_line import render
 from support.exr_files import rgb, window, write_file
 from support.gui import gui_of
@@ -180,35 +174,6 @@ def test_save_waits_for_the_whole_picture_and_says_so(gui, tmp_path):
     assert wait_for_message(gui).startswith("Saved") and (tmp_path / "a.exr").exists()
 
 
-def test_picture_is_written_on_a_thread_and_close_waits_for_it(ctx, plate, tmp_path, monkeypatch):
-    may_write, real_write_picture = threading.Event(), picture_commands.write_picture
-
-    def write_slowly(*words, **keywords):
-        assert may_write.wait(20)
-        real_write_picture(*words, **keywords)
-
-    monkeypatch.setattr(picture_commands, "write_picture", write_slowly)
-    with gui_of(ctx, plate) as gui:
-        gui.settled()
-        save(gui, "a.exr")
-        gui.frame(5)  # drawn although nothing is written
-        assert gui.session.pictures.saving.is_busy and not (tmp_path / "a.exr").exists()
-        gui.do("Copy picture")
-        assert "still being written" in gui.session.messages.text
-        threading.Timer(0.2, may_write.set).start()
-    assert (tmp_path / "a.exr").exists()
-
-
-def test_failed_save_is_reported(gui, tmp_path, monkeypatch):
-    def fail(*_words, **_named):
-        raise InputError("no room")
-
-    gui.settled()
-    monkeypatch.setattr(picture_commands, "write_picture", fail)
-    save(gui, "a.exr")
-    assert wait_for_message(gui) == "no room"
-
-
 @pytest.mark.parametrize("name", ["gone/away/a.exr", "plate.exr/a.png"])
 def test_save_into_a_missing_folder_is_reported(gui, tmp_path, name):
     save(gui, name)
@@ -245,9 +210,3 @@ def test_copied_picture_is_the_png(gui, desktop, tmp_path):
     assert (tmp_path / "words").read_text() == "-selection clipboard -t image/png -i\n"
     pixels = np.asarray(Image.open(tmp_path / "copied.png"), np.float32)
     assert np.abs(pixels - expected_png(gui)).max() <= 0.51
-
-
-def test_copy_png_does_not_wait_for_a_tool_that_stays_to_serve(desktop, tmp_path):
-    write_tool(desktop, "xclip", "cat > /dev/null; (sleep 60) &")
-    (tmp_path / "p.png").write_bytes(b"png")
-    copy_png(tmp_path / "p.png", "linux", os.environ, shutil.which)

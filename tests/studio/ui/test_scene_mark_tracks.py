@@ -10,7 +10,6 @@ from heatlens.core.model.marks.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.device import Device
-from heatlens.studio.session.marks import mark_measuring
 from support.gui import Gui, gui_of
 from support.scene_window import reset_scene, wait_for_whole_picture
 from support.session_files import QUICK, write_scene
@@ -76,18 +75,6 @@ def test_scene_mark_tracks_have_a_distance_for_each_frame(gui):
     assert [track.name for track in gui.session.time.mark_tracks()] == ["A", "B"]
 
 
-def test_scene_mark_tracks_are_measured_in_short_slices(gui, drawn, monkeypatch):
-    monkeypatch.setattr(mark_measuring, "_SLICE_S", 1e-9)
-    set_marks(gui, MIDDLE)
-    tracks = gui.session.time.scene_tracks
-    gui.until(lambda: tracks.is_due, "a still picture")
-    drawn.clear()
-    monkeypatch.setattr(mark_measuring, "_SLICE_S", 1e-3)
-    gui.frame(2)
-    assert 0 < len(drawn) < gui.session.time.timeline.frames.count
-    assert 0 < gui.session.seconds_until_needed() < 0.05  # or the rest would never come
-
-
 def test_scene_mark_distances_are_measured_once(gui, drawn):
     set_marks(gui, MIDDLE)
     wait_for_dioptres(gui)
@@ -139,11 +126,3 @@ def test_marks_off_the_picture_or_without_object_have_empty_tracks(gui):
     set_marks(gui, PointMark("A", 500.0, 500.0), ObjectMark("B", "nothing of this name"))
     assert wait_for_dioptres(gui) == [{}, {}]
     assert all(track.lines == () for track in gui.session.time.mark_tracks())
-
-
-def test_scene_mark_tracks_of_many_frames_measure_few(gui, monkeypatch):
-    monkeypatch.setattr(mark_measuring, "_FRAMES_MOST", 4)
-    set_marks(gui, MIDDLE)
-    (dioptres_by_frame,) = wait_for_dioptres(gui)
-    frames = gui.session.time.timeline.frames
-    assert len(dioptres_by_frame) <= 5 and {frames.first, frames.last} <= set(dioptres_by_frame)

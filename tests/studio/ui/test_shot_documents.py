@@ -8,8 +8,8 @@ from imgui_bundle import imgui
 
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.shot_file import autosave_path, read_shot, write_autosave, write_shot
-from heatlens.studio.session.files.shot_documents import ShotDocuments
-from heatlens.studio.session.settings.preferences import PreferenceValues
+from heatlens.studio.board.desks import FileDesk
+from heatlens.studio.settings.preferences import PreferenceValues
 from support.gui import Gui
 from support.sequences import FIRST
 from support.session_files import room_file
@@ -25,8 +25,9 @@ def film(session_context, tmp_path_factory) -> Iterator[Gui]:
         yield gui
 
 
-def reset_documents(documents: ShotDocuments) -> None:
+def reset_documents(files: FileDesk) -> None:
     """Reset the documents and autosaves of earlier tests."""
+    documents = files.documents
     documents.path = documents.offer = None
     documents._saved = documents._autosaved_shot = documents._read_future = (
         documents._pending_document
@@ -36,7 +37,7 @@ def reset_documents(documents: ShotDocuments) -> None:
 
 @pytest.fixture
 def gui(ctx, film) -> Iterator[Gui]:
-    reset_documents(film.session.files.documents)
+    reset_documents(film.session.files)
     film.session.preferences.values, film.session.preferences.path = PreferenceValues(), None
     gui = reset_window(film)
     yield gui

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.shot_file import autosave_path, unnamed_path, write_shot
-from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.settings.preferences import Preferences
 from support.gui import gui_of
 from support.sequences import sequence_files
 from support.session_files import LENS, QUICK, room_file

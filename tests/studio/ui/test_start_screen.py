@@ -16,9 +16,9 @@ from heatlens.media.documents.shot_file import write_shot
 from heatlens.media.scene.scene_read import DEMO
 from heatlens.render.source.opener import SourceOpener
 from heatlens.render.source.stream_source import StreamSource
-from heatlens.studio.session.files.start_choices import Card, word_of
-from heatlens.studio.session.settings.preferences import Preferences, PreferenceValues
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.settings.cards import Card, word_of
+from heatlens.studio.settings.preferences import Preferences, PreferenceValues
+from heatlens.studio.settings.start import Start
 from heatlens.studio.ui.start import start_screen
 from heatlens.studio.ui.start.start_card import lay_out
 from heatlens.studio.ui.start.start_screen import hint_of

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from imgui_bundle import imgui
 
 from heatlens.core.base.messages import Messages, Problem
-from heatlens.studio.session.exports.export_process import ExportState
-from heatlens.studio.session.settings.export_place import ExportPlace, Where
+from heatlens.deliver.farm.export_place import ExportPlace, Where
+from heatlens.deliver.farm.export_process import ExportState
 from heatlens.studio.ui.status_bar import export_title, export_words
 from heatlens.studio.ui.texts import fit_text
 from support.session_files import POST

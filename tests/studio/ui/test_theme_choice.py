@@ -5,7 +5,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.render.gpu.device import Device
-from heatlens.studio.session.settings.preferences import Preferences, PreferenceValues, Theme
+from heatlens.studio.settings.preferences import Preferences, PreferenceValues, Theme
 from heatlens.studio.ui import theme
 from heatlens.studio.ui.theme import DARK, LIGHT
 from support.gui import gui_of

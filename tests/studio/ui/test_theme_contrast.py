@@ -7,7 +7,7 @@ import pytest
 from imgui_bundle import imgui
 
 import heatlens.studio.ui
-from heatlens.studio.session.settings.preferences import Theme
+from heatlens.studio.settings.preferences import Theme
 from heatlens.studio.ui import theme
 from heatlens.studio.ui.theme import DARK, LIGHT, Palette
 

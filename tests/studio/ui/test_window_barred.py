@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.studio.session.speed import Speed
+from heatlens.render.preview.speed import Speed
 
 K = imgui.Key
 SCENE_ACTIONS = (

@@ -9,7 +9,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import Ending
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.read import read_plate
-from heatlens.studio.session.settings.preferences import Preferences, PreferenceValues
+from heatlens.studio.settings.preferences import Preferences, PreferenceValues
 from heatlens.studio.ui.layout import lists_all_panels
 from support.exr_files import rgb, write_file
 from support.gui import gui_of

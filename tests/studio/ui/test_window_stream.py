@@ -20,7 +20,7 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
 from heatlens.render.source.kinds import NO_FILES
 from heatlens.render.source.stream_source import StreamSource
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.settings.start import Start
 from heatlens.studio.ui.picture import notices
 from support.gui import Gui
 from support.plates import room

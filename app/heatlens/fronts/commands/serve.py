@@ -18,9 +18,9 @@ from heatlens.render.display.front_end import FrontEnd
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import headless_renderer
 from heatlens.render.gpu.context import is_software
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.settings.preferences import Preferences
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.board.session import Session
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import Start
 from heatlens.studio.share.headless import HeadlessLoop
 from heatlens.studio.share.sharing import Sharing
 

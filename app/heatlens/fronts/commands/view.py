@@ -45,12 +45,12 @@ from heatlens.media.live.ring.sources import RingInput
 from heatlens.media.live.stream.address import DEFAULT_PORT, parse_address
 from heatlens.media.scene.scene_read import DEMO, is_demo
 from heatlens.render.source.named import source_named
-from heatlens.studio.session.files.window_door import hand_over
+from heatlens.studio.board.window_door import hand_over
 from heatlens.studio.share.address import Role, ShareOptions, parse_share_address
 from heatlens.studio.share.sharing import Sharing, qr_code_text
 
 if TYPE_CHECKING:
-    from heatlens.studio.session.shot.start import Start
+    from heatlens.studio.settings.start import Start
 
 
 DESCRIPTION = """\
@@ -204,7 +204,7 @@ def open_session(
 
     `run_session` returns when the user ends the session; threads call `wake` to make its loop turn.
     """
-    from heatlens.studio.session.shot.start import Start
+    from heatlens.studio.settings.start import Start
 
     if args.listen is not None:
         return _open_stream(args, run_session, wake)
@@ -252,7 +252,7 @@ def _open_stream(
 ) -> int:
     """Run a session on the picture that a renderer sends; the port is opened before the window."""
     from heatlens.render.source.stream_source import StreamSource
-    from heatlens.studio.session.shot.start import Start
+    from heatlens.studio.settings.start import Start
 
     if args.plate or args.demo:
         raise InputError(

@@ -24,10 +24,10 @@ from heatlens.media.files.json_record import JsonEntry
 from heatlens.studio.board.command import Command, in_menu_order
 from heatlens.studio.board.commands import named_commands
 from heatlens.studio.board.requests import Request
+from heatlens.studio.board.session import Session
 from heatlens.studio.board.state import State, state_of
 from heatlens.studio.board.state_json import StateJson
 from heatlens.studio.board.user_keys import problem_of_keys, read_user_keys, with_user_keys
-from heatlens.studio.session.session import Session
 
 _MESSAGE = Path("message")  # where a wrong value was found, as errors name it
 REQUESTS: Mapping[str, type[Request]] = {kind.__name__: kind for kind in Request.__subclasses__()}

@@ -12,7 +12,7 @@ from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.media.scene.scene_read import DEMO
 from heatlens.studio.board.command import Command, in_group, page_command, remote_command
 from heatlens.studio.board.picture_commands import picture_commands
-from heatlens.studio.session.session import Session
+from heatlens.studio.board.session import Session
 
 _LOOKS_NAMED = 9  # looks with a command of their own
 _DOLLY_ZOOMS: dict[str, Literal["camera", "length"]] = {

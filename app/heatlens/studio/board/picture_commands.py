@@ -9,7 +9,7 @@ from heatlens.core.model.view import overlays
 from heatlens.core.model.view.guides import MATTES
 from heatlens.core.model.view.view import Against, Compare
 from heatlens.studio.board.command import Command, in_group, page_command, remote_command
-from heatlens.studio.session.session import Session
+from heatlens.studio.board.session import Session
 
 _COMPARED = {
     Compare.WIPE: ("Wipe", "W"),

@@ -12,10 +12,10 @@ from typing import ClassVar, Literal
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.view.orbit import CameraDrag
 from heatlens.core.model.view.view import Compare
-from heatlens.studio.session.exports.export_settings import ExportSettings
-from heatlens.studio.session.files.file_commands import PURPOSES
-from heatlens.studio.session.files.folder_walk import ChosenFile
-from heatlens.studio.session.session import Session
+from heatlens.media.sequence.folder_walk import ChosenFile
+from heatlens.studio.board.session import Session
+from heatlens.studio.settings.export_settings import ExportSettings
+from heatlens.studio.settings.file_purposes import PURPOSES
 
 
 class Request(ABC):

@@ -12,7 +12,7 @@ from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.core.model.view.view import ViewState
 from heatlens.core.model.view.view_geometry import PictureShape
 from heatlens.studio.board.command import Command
-from heatlens.studio.session.session import Session
+from heatlens.studio.board.session import Session
 
 
 @dataclass(frozen=True)

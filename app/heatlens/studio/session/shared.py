@@ -7,9 +7,9 @@ from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.messages import report_errors
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.opened.open_source import OpenSource
-from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.editing import Editing
-from heatlens.studio.session.shot.start import CommandLineOptions
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import CommandLineOptions
 
 
 @dataclass(frozen=True)

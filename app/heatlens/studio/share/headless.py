@@ -12,7 +12,7 @@ from heatlens.render.gpu.device import Texture
 from heatlens.render.preview.shown import Shown
 from heatlens.render.rendered_frames.screen_work import KeptFrame
 from heatlens.studio.board.board import Board
-from heatlens.studio.session.session import Session
+from heatlens.studio.board.session import Session
 from heatlens.studio.share.shared import SharedSession
 from heatlens.studio.share.tap import DisplayedPicture, Tap
 

@@ -14,7 +14,7 @@ from heatlens.core.model.boxes import Box
 from heatlens.render.display.picture_pass import Detail, PicturePass, PlacedPicture
 from heatlens.render.gpu.device import Device, Framebuffer, Sampling, Texture
 from heatlens.studio.board.board import Board
-from heatlens.studio.session.session import Session
+from heatlens.studio.board.session import Session
 from heatlens.studio.share.picture import Picture, Pixels, crop_to_display
 from heatlens.studio.share.shared import SharedSession
 

@@ -18,11 +18,11 @@ from heatlens.render.display.probe import visible_depth_m
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.preview.shown import Shown
+from heatlens.render.preview.speed import Speed
 from heatlens.studio.board.board import Board
-from heatlens.studio.session.marks.plan import PlanDrawer
-from heatlens.studio.session.scenes.size_keeping import SizeKeeping
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.speed import Speed
+from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.plan import PlanDrawer
+from heatlens.studio.board.session import Session
 from heatlens.studio.ui import widgets
 from heatlens.studio.ui.panels.blur_panel import blur_panel
 from heatlens.studio.ui.panels.display_panel import display_panel
@@ -127,13 +127,13 @@ class DockedPanels:
             "Lens": self._draw_lens,
             "Display": self._draw_display,
             "Plate": self._draw_plate,
-            "Scene": partial(scene_panel, self._session.scenes, self._editing, self._say),
+            "Scene": partial(scene_panel, self._time),
             "Marks": partial(marks_panel, self._time, self._facts.unit, self._ui),
             "Plan": self._draw_plan,
             "Looks": partial(
                 looks_panel, self._facts, self._board, self._session.pictures, self.stills
             ),
-            "Reel": partial(reel_panel, self._ui.files.reel, self._facts.unit, self._reel_stills),
+            "Reel": partial(reel_panel, self._ui.files, self._facts.unit, self._reel_stills),
             "Guides": self._draw_guides,
             "Export": self._draw_export,
             "Speed": self._draw_speed,
@@ -144,7 +144,7 @@ class DockedPanels:
                 if name == "Looks":
                     self.stills.take_thumbnail(pictures)
                 if name == "Reel":
-                    self._reel_stills.begin(self._ui.files.reel, pictures)
+                    self._reel_stills.begin(self._ui.files, pictures)
                 self._draw_panel(name, draw)
 
     def _is_shown(self, name: str) -> bool:
@@ -179,11 +179,11 @@ class DockedPanels:
             brings_coc=plate is not None and not plate.has_distances,
             kit_lens=kits.mounted_lens,
         )
-        ring_panel(lens.ring, facts.unit, say)
+        ring_panel(lens, facts.unit, say)
         with listening() as drawn_rows:
             self._editing.edit_lens(lens_panel(facts.lens, lens_facts, say))
-        size_row(self._session.scenes.size)
-        kit_panel(facts.shot.kit, facts.lens, kits)
+        size_row(self._time)
+        kit_panel(facts.shot.kit, facts.lens, lens)
         ask_image = partial(self._ui.dialogs.ask, "opening")
         self._editing.edit_lens(opening_panel(facts.lens, say, ask_image))
         with listening() as folded_rows:
@@ -233,7 +233,7 @@ class DockedPanels:
         if exports.why_not:
             imgui.text_wrapped(exports.why_not)
         else:
-            draw_exports(exports, self._time.frames_ahead.cluster)
+            draw_exports(self._ui.files, self._session.pictures)
 
     def _draw_speed(self) -> None:
         pictures, upload_s = self._session.pictures, self._session.source.picture.upload_s
@@ -274,8 +274,9 @@ _FRAMING_TIP = (
 )
 
 
-def size_row(size: SizeKeeping) -> None:
+def size_row(desk: TimeDesk) -> None:
     """Draw the choice of the mark that keeps its size while the focal length changes."""
+    size = desk.scenes.size
     words: dict[str | None, str] = {None: _NO_MARK_WORDS} | {
         name: f"same size of {name}" for name in size.names
     }

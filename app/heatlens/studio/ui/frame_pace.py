@@ -4,7 +4,7 @@ import time
 
 from imgui_bundle import imgui
 
-from heatlens.studio.session.session import Session
+from heatlens.studio.board.session import Session
 
 _FRAMES_AFTER_EVENT = 3  # ImGui needs up to this many frames to settle hover, layout and focus
 _TOOLTIP_S = 0.6  # draw one more frame this long after the last event, for tooltips

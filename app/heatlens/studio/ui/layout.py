@@ -10,7 +10,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.view.ui_sizes import scaled_layout
 from heatlens.studio.board.command import MENUS, Command
-from heatlens.studio.session.desks import FileDesk
+from heatlens.studio.board.desks import FileDesk
 from heatlens.studio.ui import probe, texts, topmost
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.timeline.view import TimelineView

@@ -6,7 +6,7 @@ import glfw  # isort: skip
 
 from heatlens.core.base.errors import NoWindowError
 from heatlens.core.model.view.ui_sizes import fitted_size
-from heatlens.studio.session.settings.preferences import PreferenceValues
+from heatlens.studio.settings.preferences import PreferenceValues
 
 _SIZE = 1600, 900
 _HELP = (

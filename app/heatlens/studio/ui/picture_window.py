@@ -14,10 +14,10 @@ from heatlens.render.display.screen_pictures import ScreenPictures, layer_limits
 from heatlens.render.gpu.device import Framebuffer, Sampling
 from heatlens.render.rendered_frames.screen_work import ScreenWork
 from heatlens.studio.board.board import Board
+from heatlens.studio.board.desks import LensDesk, PictureDesk
+from heatlens.studio.board.facts import Facts
+from heatlens.studio.board.lessons import Lessons
 from heatlens.studio.board.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook
-from heatlens.studio.session.desks import LensDesk, PictureDesk
-from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.marks.lessons import Lessons
 from heatlens.studio.ui import probe, theme
 from heatlens.studio.ui.layout import PICTURE, PICTURE_ALONE
 from heatlens.studio.ui.panels.focus_bar import focus_bar, focus_bar_height
@@ -167,7 +167,7 @@ class PictureWindow:
             cell_view = replace(picture_view, viewport=cell, geometry=cell_geometry)
             draw_guides(view.guides, pictures.shape, cell_view, self._facts.crop)
         if not pictures.tiles:
-            draw_ruler(self._desk.commands.ruler, self._desk.view, self._facts, self.hovered_px)
+            draw_ruler(self._desk, self._facts, self.hovered_px)
         if not (pictures.tiles or hides_words):
             draw_point_marks(self._facts, self._desk.view)
             self._draw_legend()

@@ -10,8 +10,8 @@ from heatlens.core.model.shot.pull import RecordingState
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.command import Command
-from heatlens.studio.session.marks.lessons import Lessons
-from heatlens.studio.session.session import Session
+from heatlens.studio.board.lessons import Lessons
+from heatlens.studio.board.session import Session
 from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import topmost
 from heatlens.studio.ui.docked_panels import DockedPanels
@@ -57,9 +57,7 @@ class Screen:
         files, time, desk = session.files, session.time, session.pictures
         say, facts = session.messages.say, session.facts
         self.sharing = WindowSharing(session, board, sharing)
-        self.ui = UiState(
-            session.editing, time, files, session.preferences, say, wake, self.sharing
-        )
+        self.ui = UiState(time, files, session.preferences, say, wake, self.sharing)
         self.commands = board.with_commands_of(window_commands(self.ui))
         self.typed_keys: Sequence[
             imgui.Key
@@ -181,7 +179,7 @@ class Screen:
             ui.shows_keys = keys_window(self.commands, session.facts.has_camera)
         pull_popup(session.time, ui, session.facts.unit)
         rendered_popup(session.time, ui.timeline)
-        shot_question(session.files.documents)
+        shot_question(session.files)
         quit_question(ui, session.files.exports.run)
         ui.dialogs.draw()
         self.sharing.draw_popup()
@@ -196,7 +194,7 @@ class Screen:
         """Return a command for each setting of the panels, and for each value that it can have."""
         session, facts = self._session, self._session.facts
         views = session.pictures.color.views(facts.view.display)
-        place_actions = setting_places(facts, session.time.timeline, self.ui)
+        place_actions = setting_places(facts, session.time, self.ui)
         return (*place_actions, *settings(self._board, facts, views, self.ui))
 
     def _is_blocked_by_start_screen(self, command: Command) -> bool:

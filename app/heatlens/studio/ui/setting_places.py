@@ -18,9 +18,9 @@ from heatlens.core.model.view.overlays import overlays_by_name
 from heatlens.deliver.export.options import ExportOptions
 from heatlens.studio.board.board import Board, Changeable
 from heatlens.studio.board.command import Command
-from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.settings.preferences import Theme
-from heatlens.studio.session.time.timeline import Timeline
+from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.facts import Facts
+from heatlens.studio.settings.preferences import Theme
 from heatlens.studio.ui.seek import show_setting
 from heatlens.studio.ui.state import UiState
 
@@ -61,25 +61,25 @@ SETTINGS: dict[str, tuple[str, ...]] = {
 }
 
 
-def setting_places(facts: Facts, timeline: Timeline, ui: UiState) -> tuple[Command, ...]:
+def setting_places(facts: Facts, desk: TimeDesk, ui: UiState) -> tuple[Command, ...]:
     """Return a command for each setting, which shows the setting in its panel."""
     return tuple(
         Command(
             words,
             partial(_open_panel, ui, panel, words),
             menu=f"{panel} tab",
-            barred=partial(_why_not, facts, timeline, panel),
+            barred=partial(_why_not, facts, desk, panel),
         )
         for panel, settings in SETTINGS.items()
         for words in settings
     )
 
 
-def _why_not(facts: Facts, timeline: Timeline, panel: str) -> str:
+def _why_not(facts: Facts, desk: TimeDesk, panel: str) -> str:
     """Return the reason why the settings of a panel are unavailable; "" if they are not."""
     if panel == "Scene" and not facts.has_camera:
         return "Only a scene has these settings, and none is open."
-    if panel == "Timeline" and not timeline.has_time:
+    if panel == "Timeline" and not desk.timeline.has_time:
         return "A timeline needs a source with several frames."
     return ""
 

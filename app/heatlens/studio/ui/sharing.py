@@ -6,7 +6,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.studio.board.board import Board
-from heatlens.studio.session.session import Session
+from heatlens.studio.board.session import Session
 from heatlens.studio.share.address import Role
 from heatlens.studio.share.sharing import Sharing, qr_code_rows
 from heatlens.studio.share.tap import DisplayedPicture, Tap

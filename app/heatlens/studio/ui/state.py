@@ -8,10 +8,9 @@ from collections.abc import Callable
 from imgui_bundle import imgui
 
 from heatlens.core.model.view.ui_sizes import next_scale, scaled_layout, with_scale
-from heatlens.studio.session.desks import FileDesk, TimeDesk
-from heatlens.studio.session.keys.key_drag import KeyDrag, KeyStretch
-from heatlens.studio.session.settings.preferences import Preferences, Theme
-from heatlens.studio.session.shot.editing import Editing
+from heatlens.studio.board.desks import FileDesk, TimeDesk
+from heatlens.studio.board.key_drag import KeyDrag, KeyStretch
+from heatlens.studio.settings.preferences import Preferences, Theme
 from heatlens.studio.ui import theme
 from heatlens.studio.ui.files.file_browser import FileDialogs
 from heatlens.studio.ui.palette import Palette
@@ -117,7 +116,6 @@ class UiState:
 
     def __init__(
         self,
-        editing: Editing,
         time: TimeDesk,
         files: FileDesk,
         preferences: Preferences,
@@ -146,8 +144,8 @@ class UiState:
         self.asks_to_quit = False  # show the question whether to stop the running export
         self.shows_export_end = True  # the result of the latest export, until it is dismissed
         self.palette = Palette()
-        self.dialogs = FileDialogs(files.commands, say, wake)
-        gesture_args = editing, time.keys, say
+        self.dialogs = FileDialogs(files, say, wake)
+        gesture_args = time.editing, time.keys, say
         self.timeline = TimelineView(KeyDrag(*gesture_args), KeyStretch(*gesture_args))
 
     @property

@@ -12,13 +12,12 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.messages import Messages
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.view.view import Against, Compare, ViewState
+from heatlens.deliver.farm.export_process import ExportRun, ExportState
 from heatlens.render.display.probe import PictureReader, probe_at, probe_text
 from heatlens.render.preview.shown import Shown
 from heatlens.render.rendered_frames.screen_work import KeptFrame, ScreenWork
-from heatlens.studio.session.desks import PictureDesk
-from heatlens.studio.session.exports.export_process import ExportRun, ExportState
-from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.pictures.compare_sides import CompareSides
+from heatlens.studio.board.desks import PictureDesk
+from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import probe, theme, widgets
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.texts import fit_text, text_width
@@ -135,7 +134,7 @@ class StatusBar:
         """
         facts, desk, em = self._facts, self._desk, imgui.get_font_size()
         reference = None if facts.reference is None else facts.reference.path.name
-        sides = sides_words(facts.view, desk.sides, reference, facts.shown_picture)
+        sides = sides_words(facts.view, desk, reference, facts.shown_picture)
         if sides and desk.view.is_drawn:
             sides = f"{sides}    {zoom_words(desk.view.zoom)}"
         run = self._ui.files.exports.run
@@ -256,7 +255,7 @@ def mouse_words(has_camera: bool) -> str:
 
 
 def sides_words(
-    view: ViewState, sides: CompareSides, reference: str | None, picture_a: Shown | None
+    view: ViewState, desk: PictureDesk, reference: str | None, picture_a: Shown | None
 ) -> str:
     """Return for example "A: diffusion    B: gather"; only A if B is not shown.
 
@@ -269,14 +268,14 @@ def sides_words(
         return a
     if view.compare is Compare.GRID:
         return "looks side by side"
-    if view.a_look and sides.picture_of_a(view) is not None:
-        a = _look_words(view.a_look, sides)
-    return f"A: {a}    B: {_b_words(view, sides, reference)}"
+    if view.a_look and desk.sides.picture_of_a(view) is not None:
+        a = _look_words(view.a_look, desk)
+    return f"A: {a}    B: {_b_words(view, desk, reference)}"
 
 
-def _look_words(name: str, sides: CompareSides) -> str:
+def _look_words(name: str, desk: PictureDesk) -> str:
     """Return the name of a look, marked as a preview until its whole picture is rendered."""
-    return f"look {name}, preview" if sides.is_unfinished(name) else f"look {name}"
+    return f"look {name}, preview" if desk.sides.is_unfinished(name) else f"look {name}"
 
 
 def side_words(picture: Shown) -> str:
@@ -287,11 +286,11 @@ def side_words(picture: Shown) -> str:
     return str(requested.method) if picture.is_whole else f"{requested.method}, preview"
 
 
-def _b_words(view: ViewState, sides: CompareSides, reference: str | None) -> str:
+def _b_words(view: ViewState, desk: PictureDesk, reference: str | None) -> str:
     """Return what side B shows: a look, another method, the reference, or the pinhole picture."""
-    picture_b = sides.picture_of_b(view)
+    picture_b = desk.sides.picture_of_b(view)
     if view.against is Against.LOOK and picture_b is not None:
-        return _look_words(view.b_look, sides)
+        return _look_words(view.b_look, desk)
     if picture_b is not None:
         return side_words(picture_b)
     if view.against is Against.REFERENCE and reference is not None:

@@ -22,10 +22,10 @@ from heatlens.render.display.front_end import FrontEnd
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software, window_device
-from heatlens.studio.session.files.window_door import WindowDoor
-from heatlens.studio.session.session import Session
-from heatlens.studio.session.settings.preferences import WINDOW_LEAST, Preferences
-from heatlens.studio.session.shot.start import Start
+from heatlens.studio.board.session import Session
+from heatlens.studio.board.window_door import WindowDoor
+from heatlens.studio.settings.preferences import WINDOW_LEAST, Preferences
+from heatlens.studio.settings.start import Start
 from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import theme
 from heatlens.studio.ui.clean_feed import CleanFeed, fill_screen

@@ -7,8 +7,8 @@ from functools import partial
 from imgui_bundle import imgui
 
 from heatlens.studio.board.command import Command, in_group
-from heatlens.studio.session.files.file_commands import PURPOSES
-from heatlens.studio.session.settings.preferences import Theme
+from heatlens.studio.settings.file_purposes import PURPOSES
+from heatlens.studio.settings.preferences import Theme
 from heatlens.studio.ui.state import PANELS, UiState
 
 _FIRST_TO_OPEN = "Open the demo"  # the command of the session that the dialogs stand in front of

@@ -12,13 +12,13 @@ from heatlens.core.model.option import changed_options
 from heatlens.core.model.shot.settings import Quality
 from heatlens.core.model.view.guides import frame_lines_for
 from heatlens.deliver.export.job import blur_of_export
+from heatlens.deliver.farm.export_place import HERE, LeftExport, Where, shot_of_job
+from heatlens.deliver.farm.export_process import ExportRun, ExportState
 from heatlens.media.documents.shot_file import read_shot
-from heatlens.studio.session.exports.export_process import ExportRun, ExportState
-from heatlens.studio.session.exports.export_settings import ExportSettings, proposed_settings
 from heatlens.studio.session.pictures.picture_view import PictureDisplay
-from heatlens.studio.session.settings.export_place import HERE, LeftExport, Where, shot_of_job
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.timeline import Timeline
+from heatlens.studio.settings.export_settings import ExportSettings, proposed_settings
 
 
 class ExportCommands(Commands, Worker):

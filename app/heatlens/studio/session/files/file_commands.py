@@ -7,15 +7,9 @@ from pathlib import Path
 from heatlens.core.base.messages import Worker
 from heatlens.core.base.paths import folder_to_write_in, home_dir
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.media.color.grade_file import GRADE_SUFFIXES
-from heatlens.media.documents.frame_line_file import FDL_SUFFIX
-from heatlens.media.documents.reel_file import REEL_SUFFIXES
-from heatlens.media.documents.shot_file import SHOT_SUFFIX
-from heatlens.media.files.picture_formats import MOVIES_READ, suffixes_read, suffixes_written
-from heatlens.media.scene.scene_read import SCENE_SUFFIXES
 from heatlens.media.sequence.depth_files import pair_picture_with_depth
+from heatlens.media.sequence.folder_walk import ChosenFile
 from heatlens.render.source.opened import Opened
-from heatlens.studio.session.files.folder_walk import ChosenFile, Purpose
 from heatlens.studio.session.files.open_reel import OpenReel
 from heatlens.studio.session.files.plate_reading import PlateReading
 from heatlens.studio.session.files.shot_documents import ShotDocuments
@@ -28,84 +22,7 @@ from heatlens.studio.session.lens.lens_imports import (
 from heatlens.studio.session.pictures.picture_commands import PictureCommands
 from heatlens.studio.session.pictures.view_commands import ReferenceLoader
 from heatlens.studio.session.shared import Commands, Shared
-
-PURPOSES = {
-    purpose.key: purpose
-    for purpose in (
-        Purpose(
-            "open",
-            "Open a plate or a scene",
-            "Open",
-            (*MOVIES_READ, *SCENE_SUFFIXES, *REEL_SUFFIXES),
-            "# stands for the frame number.   A scene is a .glb, .gltf, .obj, .ply or .usd file.",
-            pictures=suffixes_read,
-        ),
-        Purpose(
-            "behind",
-            "Add a picture of what lies behind",
-            "Add",
-            (),
-            "It needs depth and the same camera: a clean plate, or a character with alpha.",
-            pictures=suffixes_read,
-        ),
-        Purpose("reference", "Open a reference", "Open", (), "Shown as B.", pictures=suffixes_read),
-        Purpose(
-            "save",
-            "Save the picture",
-            "Save",
-            (),
-            ".exr: scene-linear, with the lens in its header.   Others: as it looks here.",
-            is_save=True,
-            pictures=suffixes_written,
-        ),
-        Purpose(
-            "camera",
-            "Import the lens of a camera",
-            "Import",
-            (".usd", ".usda", ".usdc", ".usdz", ".json", ".csv"),
-            "Focal length, f-stop, focus and film back, with keys for what moves.",
-        ),
-        Purpose(
-            "grade",
-            "Import a grade (ASC CDL)",
-            "Import",
-            GRADE_SUFFIXES,
-            "Applied before the view, in pictures and movies; scene-linear EXR stay without it.",
-        ),
-        Purpose(
-            "framing",
-            "Import framing lines (ASC FDL)",
-            "Import",
-            (FDL_SUFFIX,),
-            "Drawn with the guides, for pictures with the shape of one of its canvases.",
-        ),
-        Purpose(
-            "opening",
-            "Take a picture as the opening of the lens",
-            "Take",
-            (),
-            "White lets light through, black blocks it.   Lamps behind the focus show it upright.",
-            pictures=suffixes_read,
-        ),
-        Purpose(
-            "sheet",
-            "Write the pull sheet",
-            "Write",
-            (".html", ".pdf"),
-            "Keys with picture, timecode, mark and distances; a table (.csv) is written beside it.",
-            is_save=True,
-        ),
-        Purpose("shot", "Open a shot", "Open", (SHOT_SUFFIX,), "A shot and its plate."),
-        Purpose(
-            "save shot",
-            "Save the shot",
-            "Save",
-            (SHOT_SUFFIX,),
-            "Lens, keys, marks and how the plate is read, as readable text.",
-            is_save=True,
-        ),
-    )
-}
+from heatlens.studio.settings.file_purposes import PURPOSES
 
 
 class FileCommands(Commands, Worker):

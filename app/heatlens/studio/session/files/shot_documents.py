@@ -15,8 +15,8 @@ from heatlens.media.sequence.sequence import Sequence
 from heatlens.render.source.opened import Opened
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.shot.shot_store import ShotStore, StoredShot, proposed_name
-from heatlens.studio.session.shot.start import shot_with_camera
 from heatlens.studio.session.time.timeline import Timeline
+from heatlens.studio.settings.start import shot_with_camera
 
 _DISK_S = 5.0  # longest wait for the disk in `autosave_now`
 

@@ -3,20 +3,15 @@
 Among them are the recently opened files that still exist.
 """
 
-from dataclasses import dataclass
-from pathlib import Path
-
 from heatlens.core.base.background import Background
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.messages import Worker
-from heatlens.core.base.paths import data_dir, home_dir
-from heatlens.media.documents.shot_file import is_shot_file
-from heatlens.media.scene.scene_read import DEMO
-from heatlens.render.source.kinds import kind_of
+from heatlens.core.base.paths import data_dir
 from heatlens.render.source.named import source_named
 from heatlens.studio.session.files.file_commands import FileCommands
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.playback import Playback
+from heatlens.studio.settings.cards import Card, built_in_cards, recent_card
 
 _RECENT_MAX = 6  # so that all cards together have digit keys
 
@@ -61,24 +56,6 @@ def _still_exists(text: str) -> bool:
     except InputError:
         return False
     return True
-
-
-@dataclass(frozen=True)
-class Card:
-    """A choice on the start screen.
-
-    title    its name
-    words    the line under the name
-    text     the source to open, see FileCommands.open; None opens the file dialog
-    kind     the kind of a recent file, in a word; "" for permanent choices
-    picture  the name of a picture in assets/, or None
-    """
-
-    title: str
-    words: str
-    text: str | None
-    kind: str = ""
-    picture: str | None = None
 
 
 class StartChoices(Commands):
@@ -132,10 +109,10 @@ class StartChoices(Commands):
         if stream is not None:
             words = f"What it sends to {stream.address}"
             stream_cards = (Card("Listen to a renderer", words, stream.text),)
-        permanent_cards = (*_built_in_cards(still_life_path), *stream_cards)
+        permanent_cards = (*built_in_cards(still_life_path), *stream_cards)
         listed_texts = {card.text for card in permanent_cards}
         recent_texts = [text for text in self._recent.existing_names if text not in listed_texts]
-        return (*permanent_cards, *map(_recent_card, recent_texts[:_RECENT_MAX]))
+        return (*permanent_cards, *map(recent_card, recent_texts[:_RECENT_MAX]))
 
     def open_card(self, card: Card) -> bool:
         """Open a choice; return False if the file dialog is needed.
@@ -149,31 +126,3 @@ class StartChoices(Commands):
         if stream is not None and card.text == stream.text:
             self.is_shown = False  # the viewport has its own notice while it waits for a stream
         return True
-
-
-def _built_in_cards(still_life_path: str) -> tuple[Card, ...]:
-    """Return the permanent choices; `still_life_path` is the file of the still life."""
-    return (
-        Card("Demo scene", "A street at night, made for focus", DEMO, picture="demo.webp"),
-        Card(
-            "Still life",
-            "A plate: one frame with depth",
-            still_life_path,
-            picture="focus_fruit.png",
-        ),
-        Card("Open ...", "A plate, a sequence or a 3D scene", None),
-    )
-
-
-def _recent_card(text: str) -> Card:
-    """Return the card of a recent file, with its folder as the second line."""
-    path, home = Path(text), home_dir()
-    folder = path.parent
-    is_in_home = folder.is_relative_to(home) and home != Path(home.anchor)
-    words = str(Path("~") / folder.relative_to(home)) if is_in_home else str(folder)
-    return Card(path.name, words, text, word_of(text))
-
-
-def word_of(text: str) -> str:
-    """Return the kind of a recent file in a word, judged by its name."""
-    return "Shot" if is_shot_file(text) else kind_of(text).word(text)

@@ -27,8 +27,8 @@ from heatlens.media.live.ring.channel_map import (
 )
 from heatlens.media.live.ring.sender import SOURCE, LensOutput, Sender
 from heatlens.media.live.ring.sources import LensSample, NumberedSample, RingInput, SourceState
-from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.editing import Editing
+from heatlens.studio.settings.preferences import Preferences
 
 _RESTING_S = 0.25  # interval between window frames while no value changes
 

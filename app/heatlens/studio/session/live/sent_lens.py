@@ -14,7 +14,7 @@ from heatlens.media.plate.plate import CameraHeader, Plate
 from heatlens.render.source.stream_source import OpenedStream
 from heatlens.studio.session.lens.lens_commands import LensCommands
 from heatlens.studio.session.shared import Commands, Shared
-from heatlens.studio.session.shot.start import first_lens
+from heatlens.studio.settings.start import first_lens
 
 _FOLLOWED_FIELDS = ("focal_length_mm", "f_stop", "focus_distance_m", "sensor_width_mm")
 

@@ -8,6 +8,7 @@ from itertools import islice
 
 from heatlens.core.base.messages import Problem, passing_message
 from heatlens.core.model.shot.shot import Shot
+from heatlens.deliver.farm.export_place import ExportPlace, Where
 from heatlens.deliver.farm.frame_cluster import (
     ON_THIS_MACHINE,
     FrameCluster,
@@ -22,7 +23,6 @@ from heatlens.render.rendered_frames.frame_store import FrameStore
 from heatlens.render.rendered_frames.kept_pictures import RenderedPicture
 from heatlens.studio.session.pictures.elsewhere import RemoteRenderer
 from heatlens.studio.session.playing.ahead_jobs import AheadJobs, FramesRequest
-from heatlens.studio.session.settings.export_place import ExportPlace, Where
 from heatlens.studio.session.shared import Commands, Shared
 
 _MAX_REQUESTED = 64  # frames that the workers may render before the window asks again

@@ -24,9 +24,9 @@ from heatlens.studio.session.playing.ahead_jobs import (
     progress_of,
 )
 from heatlens.studio.session.playing.cluster_frames import ClusterFrames
-from heatlens.studio.session.settings.preferences import PreferenceValues
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.timeline import Timeline
+from heatlens.studio.settings.preferences import PreferenceValues
 
 _SLICE_S = 0.02  # longest work before the loop handles input again
 _REST_S = 0.3  # pause after user input before frames are rendered

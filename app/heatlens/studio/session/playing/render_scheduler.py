@@ -15,12 +15,12 @@ from heatlens.core.base.faults import report_faults
 from heatlens.core.base.messages import Worker
 from heatlens.core.model.view.picture_view import PictureView
 from heatlens.render.preview.shown import Shown
+from heatlens.render.preview.speed import Speed
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.pictures.compare_sides import CompareSides, Side
 from heatlens.studio.session.pictures.live_picture import PlateVersion
 from heatlens.studio.session.playing.frames_ahead import FramesAhead
 from heatlens.studio.session.shared import Commands, Shared
-from heatlens.studio.session.speed import Speed
 
 
 @dataclass(frozen=True)

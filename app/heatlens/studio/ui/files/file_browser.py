@@ -13,8 +13,9 @@ from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.messages import Problem
 from heatlens.core.base.outside_text import printable
 from heatlens.media.sequence.folder_list import Entry
-from heatlens.studio.session.files.file_commands import PURPOSES, FileCommands
-from heatlens.studio.session.files.folder_walk import ChosenFile, FolderWalk
+from heatlens.media.sequence.folder_walk import ChosenFile, FolderWalk
+from heatlens.studio.board.desks import FileDesk
+from heatlens.studio.settings.file_purposes import PURPOSES
 from heatlens.studio.ui import probe, texts, theme, topmost, widgets
 
 _SIZE_EM = (56.0, 34.0)
@@ -26,9 +27,9 @@ class FileDialogs:
     """A dialog over the window that asks for a file, and applies the choice."""
 
     def __init__(
-        self, files: FileCommands, say: Callable[[str], None], wake: Callable[[], None]
+        self, files: FileDesk, say: Callable[[str], None], wake: Callable[[], None]
     ) -> None:
-        self._files, self._say, self._wake = files, say, wake
+        self._files, self._say, self._wake = files.commands, say, wake
         self.walk: FolderWalk | None = None
         self._is_new = False
 

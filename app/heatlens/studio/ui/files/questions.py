@@ -7,8 +7,8 @@ from enum import Enum
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.outside_text import printable
-from heatlens.studio.session.exports.export_process import ExportRun
-from heatlens.studio.session.files.shot_documents import ShotDocuments
+from heatlens.deliver.farm.export_process import ExportRun
+from heatlens.studio.board.desks import FileDesk
 from heatlens.studio.ui import topmost, widgets
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.status_bar import export_words
@@ -82,9 +82,9 @@ def _answer_button(words: str) -> bool:
     return is_pressed
 
 
-def shot_question(documents: ShotDocuments) -> None:
+def shot_question(files: FileDesk) -> None:
     """Draw the question while there are unsaved changes to recover."""
-    offer = documents.offer
+    offer = files.documents.offer
     if offer is None:
         return
     with question("Not saved###unsaved shot", width_em=30.0) as is_visible:
@@ -99,7 +99,7 @@ def shot_question(documents: ShotDocuments) -> None:
         for name, recovers in (("Recover it", True), ("Discard it", False)):
             is_entered = recovers and imgui.is_key_pressed(imgui.Key.enter, False)
             if widgets.button(name, f"unsaved {name}") or is_entered:
-                documents.answer(recovers)
+                files.documents.answer(recovers)
                 imgui.close_current_popup()
             imgui.same_line()
         imgui.new_line()

@@ -13,15 +13,14 @@ from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.settings import Quality
 from heatlens.deliver.export.options import ExportOptions, options_in_panel
 from heatlens.deliver.farm.connection import parse_address
-from heatlens.studio.session.exports.export_commands import ExportCommands
-from heatlens.studio.session.exports.export_process import ExportState
-from heatlens.studio.session.exports.export_settings import (
+from heatlens.deliver.farm.export_place import ExportPlace, Where
+from heatlens.deliver.farm.export_process import ExportState
+from heatlens.studio.board.desks import FileDesk, PictureDesk
+from heatlens.studio.settings.export_settings import (
     CAMERA_KINDS,
     ExportSettings,
     frame_kinds,
 )
-from heatlens.studio.session.playing.cluster_frames import ClusterFrames
-from heatlens.studio.session.settings.export_place import ExportPlace, Where
 from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.field_row import field_row
 
@@ -48,8 +47,9 @@ class PressedButton(StrEnum):
     AGREE = "agree"
 
 
-def draw_exports(exports: ExportCommands, cluster: ClusterFrames) -> None:
+def draw_exports(files: FileDesk, pictures: PictureDesk) -> None:
     """Draw the panel in the current window, and run the command of a pressed button."""
+    exports, cluster = files.exports, pictures.cluster
     exports.propose()
     settings, pressed = export_panel(
         exports.settings,

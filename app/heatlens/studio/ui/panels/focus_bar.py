@@ -12,7 +12,7 @@ from heatlens.core.model.focus.coc import far_limit_m, hyperfocal_m, near_limit_
 from heatlens.core.model.lens.lens import Lens, measured_text
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.coc_line import focused_at, nudge_lens
-from heatlens.studio.session.facts import Facts
+from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.panels.depth_scale import TICK_EM, draw_histogram, draw_scale, fine_ticks_m
 from heatlens.studio.ui.probe import Rect

@@ -14,8 +14,8 @@ from heatlens.core.model.view.view import GRID_MOST, Compare
 from heatlens.media.files.still_text import pixels_of_still, still_of
 from heatlens.render.gpu.device import Texture
 from heatlens.studio.board.board import Board
-from heatlens.studio.session.desks import PictureDesk
-from heatlens.studio.session.facts import Facts
+from heatlens.studio.board.desks import PictureDesk
+from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 from heatlens.studio.ui.picture.picture_alone import PictureAlone

@@ -18,9 +18,8 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import PullShape
 from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view_geometry import Point
-from heatlens.studio.session.desks import TimeDesk
-from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.marks.mark_commands import MarkCommands
+from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import probe, texts, theme, topmost, widgets
 from heatlens.studio.ui.field_row import field_row
 from heatlens.studio.ui.state import UiState
@@ -128,31 +127,31 @@ def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
         if widgets.button(f"live##{mark.name}", f"live {mark.name}", _LIVE_TIP):
             commands.live.follow(mark)
     if isinstance(mark, PointMark | TrackMark) and desk.timeline.cache is not None:
-        _surface_buttons(commands, mark)
+        _surface_buttons(desk, mark)
     if isinstance(mark, MatteMark):
-        _part_button(commands, mark)
+        _part_button(desk, mark)
     _same_line_if_fits("x")
     if widgets.button(f"x##{mark.name}", f"delete {mark.name}"):
         commands.delete(mark)
 
 
-def _part_button(commands: MarkCommands, mark: MatteMark) -> None:
+def _part_button(desk: TimeDesk, mark: MatteMark) -> None:
     """Draw the button that switches the measured part of an object."""
     _same_line_if_fits(mark.part)
     if widgets.button(f"{mark.part}##{mark.name}", f"part {mark.name}", _PART_TIP):
         other_parts = [part for part in MattePart if part is not mark.part]
-        commands.change(mark, replace(mark, part=other_parts[0]))
+        desk.marks.change(mark, replace(mark, part=other_parts[0]))
 
 
-def _surface_buttons(commands: MarkCommands, mark: PointMark | TrackMark) -> None:
+def _surface_buttons(desk: TimeDesk, mark: PointMark | TrackMark) -> None:
     """Draw the buttons that track a surface, or fix the mark in the world."""
     _same_line_if_fits("correct")
-    with widgets.disabled(commands.is_reading):
-        _track_button(commands, mark)
-    if isinstance(mark, PointMark) and commands.has_world:
+    with widgets.disabled(desk.marks.is_reading):
+        _track_button(desk, mark)
+    if isinstance(mark, PointMark) and desk.marks.has_world:
         _same_line_if_fits("place")
         if widgets.button(f"place##{mark.name}", f"place {mark.name}", _PLACE_TIP):
-            commands.fix_in_world(mark)
+            desk.marks.fix_in_world(mark)
 
 
 def _same_line_if_fits(word: str) -> None:
@@ -163,13 +162,13 @@ def _same_line_if_fits(word: str) -> None:
         imgui.same_line(0.0, _GAP)
 
 
-def _track_button(commands: MarkCommands, mark: PointMark | TrackMark) -> None:
+def _track_button(desk: TimeDesk, mark: PointMark | TrackMark) -> None:
     """Draw the button that tracks a surface, or corrects the tracked mark."""
     if isinstance(mark, TrackMark):
         if widgets.button(f"correct##{mark.name}", f"correct {mark.name}", _CORRECT_TIP):
-            commands.correct(mark)
+            desk.marks.correct(mark)
     elif widgets.button(f"track##{mark.name}", f"track {mark.name}", _TRACK_TIP):
-        commands.track(mark, mark)
+        desk.marks.track(mark, mark)
 
 
 def _close_focus_row(desk: TimeDesk, unit: str) -> None:

@@ -11,7 +11,7 @@ from heatlens.core.base.outside_text import printable
 from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.lens.lens import Lens, measured_text
 from heatlens.core.model.units import FOOT_M
-from heatlens.studio.session.marks.plan import Plan, PlanMark
+from heatlens.studio.board.plan import Plan, PlanMark
 from heatlens.studio.ui import probe, theme, widgets
 from heatlens.studio.ui.panels.depth_scale import tick_text
 

@@ -13,9 +13,8 @@ from heatlens.core.model.units import format_distance
 from heatlens.core.model.view.view import Compare
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.device import Texture
-from heatlens.studio.session.desks import PictureDesk
-from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.files.open_reel import OpenReel
+from heatlens.studio.board.desks import FileDesk, PictureDesk
+from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import probe, texts, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 from heatlens.studio.ui.picture.picture_alone import PictureAlone
@@ -56,12 +55,12 @@ class ReelStills:
         self._stills: dict[int, _Still] = {}
         self._uploads = 0
 
-    def begin(self, reel: OpenReel, pictures: Pictures | None) -> None:
+    def begin(self, files: FileDesk, pictures: Pictures | None) -> None:
         """Drop the stills of another reel, and draw the still of an open scene.
 
         Call this before the rows are drawn; `pictures` are those in the viewport.
         """
-        self._uploads = 0
+        self._uploads, reel = 0, files.reel
         if reel.reel is not self._reel:
             for still in self._stills.values():
                 still.release()
@@ -71,11 +70,11 @@ class ReelStills:
         if pictures is not None and is_shown and self._facts.has_camera and reel.is_open:
             self._draw_scene_still(reel.number, pictures)
 
-    def texture_of(self, reel: OpenReel, number: int) -> Texture | None:
+    def texture_of(self, files: FileDesk, number: int) -> Texture | None:
         """Return the still of a shot, the bottom row first; None if there is none yet."""
         still = self._stills.get(number)
         if still is None and self._uploads < _MAX_UPLOADS:
-            still = self._upload(reel, number)
+            still = self._upload(files, number)
         if still is None:
             return None
         if still.light is not None and still.look != self._look:
@@ -83,9 +82,9 @@ class ReelStills:
             still.look = self._look
         return still.texture
 
-    def _upload(self, reel: OpenReel, number: int) -> _Still | None:
+    def _upload(self, files: FileDesk, number: int) -> _Still | None:
         """Upload the still of a shot and return it; None if it is not read yet."""
-        pixels = reel.still_of(number)
+        pixels = files.reel.still_of(number)
         if pixels is None:
             return None
         self._uploads += 1
@@ -118,8 +117,9 @@ _FLAGS = imgui.TableFlags_.row_bg | imgui.TableFlags_.scroll_y
 _STILL_EM = 4.6, 2.6
 
 
-def reel_panel(reel: OpenReel, unit: str, stills: ReelStills) -> None:
+def reel_panel(files: FileDesk, unit: str, stills: ReelStills) -> None:
     """Draw the shots; a click opens one."""
+    reel = files.reel
     if reel.reel is None or reel.path is None:
         return
     if widgets.button("< previous", "previous shot"):
@@ -141,7 +141,7 @@ def reel_panel(reel: OpenReel, unit: str, stills: ReelStills) -> None:
     for number, shot in enumerate(reel.reel.shots):
         imgui.table_next_row()
         imgui.table_next_column()
-        _draw_still(reel, number, stills)
+        _draw_still(files, number, stills)
         imgui.table_next_column()
         if _draw_name(shot, number == reel.number):
             reel.go(number)
@@ -153,7 +153,7 @@ def reel_panel(reel: OpenReel, unit: str, stills: ReelStills) -> None:
     imgui.end_table()
 
 
-def _draw_still(reel: OpenReel, number: int, stills: ReelStills) -> None:
+def _draw_still(files: FileDesk, number: int, stills: ReelStills) -> None:
     """Draw the first picture of a shot as large as it fits; leave the space empty without one."""
     em = imgui.get_font_size()
     width, height = _STILL_EM[0] * em, _STILL_EM[1] * em
@@ -161,7 +161,7 @@ def _draw_still(reel: OpenReel, number: int, stills: ReelStills) -> None:
     imgui.dummy(ImVec2(width, height))
     if not imgui.is_item_visible():
         return
-    texture = stills.texture_of(reel, number)
+    texture = stills.texture_of(files, number)
     if texture is None:
         return
     scale = min(width / texture.width, height / texture.height)

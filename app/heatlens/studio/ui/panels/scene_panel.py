@@ -1,6 +1,5 @@
 """Draw the Scene panel: cameras, clips, camera keys, picture size and objects."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
@@ -9,8 +8,7 @@ from heatlens.core.base.messages import report_errors
 from heatlens.core.base.outside_text import printable
 from heatlens.media.scene.placing import lacks_placing
 from heatlens.media.scene.scene_bounds import object_names
-from heatlens.studio.session.scenes.scene_commands import SceneCommands
-from heatlens.studio.session.shot.editing import Editing
+from heatlens.studio.board.desks import TimeDesk
 from heatlens.studio.ui import probe, texts, widgets
 
 _OWN_CAMERA = "moved by hand"
@@ -29,16 +27,16 @@ _UNITS = {1.0: "m", 0.01: "cm", 0.001: "mm", 0.3048: "ft", 0.0254: "in"}
 _SIZES = ((640, 360), (1280, 720), (1920, 1080))
 
 
-def scene_panel(scenes: SceneCommands, editing: Editing, say: Callable[[str], None]) -> None:
+def scene_panel(desk: TimeDesk) -> None:
     """Draw the Scene panel in the current window; a scene must be open."""
-    scene = scenes.scene
+    scenes, scene = desk.scenes, desk.scenes.scene
     assert scene is not None
-    _camera_row(scenes)
-    _clip_row(scenes)
-    _key_row(scenes, editing)
-    _size_row(scenes, editing)
+    _camera_row(desk)
+    _clip_row(desk)
+    _key_row(desk)
+    _size_row(desk)
     if lacks_placing(scene):
-        _axis_and_unit_rows(scenes)
+        _axis_and_unit_rows(desk)
     imgui.separator_text("Objects")
     names = object_names(scene)
     if imgui.begin_list_box("##objects", ImVec2(-1, _list_height(len(names)))):
@@ -53,11 +51,11 @@ def scene_panel(scenes: SceneCommands, editing: Editing, say: Callable[[str], No
             scenes.frame_selected()
         imgui.same_line()
         if widgets.button("Focus on it", "focus on object") and scenes.selected is not None:
-            with report_errors(say):
+            with report_errors(desk.say):
                 scenes.focus_on(scenes.selected)
         imgui.same_line()
         if widgets.button("Mark it", "mark object") and scenes.selected is not None:
-            with report_errors(say):
+            with report_errors(desk.say):
                 scenes.set_mark(scenes.selected)
     imgui.text_disabled(f"{scene.triangle_count:,} triangles, {len(scene.instances)} instances")
 
@@ -81,9 +79,9 @@ def _object_row(name: str, index: int, is_selected: bool) -> bool:
     return bool(is_clicked)
 
 
-def _camera_row(scenes: SceneCommands) -> None:
+def _camera_row(desk: TimeDesk) -> None:
     """Draw the choice of the camera; look through the chosen one."""
-    scene, framing = scenes.scene, scenes.framing
+    scenes, scene, framing = desk.scenes, desk.scenes.scene, desk.scenes.framing
     assert scene is not None
     names = [camera.name for camera in scene.cameras]
     own_name = [_OWN_CAMERA] if framing.track is not None or not names else []
@@ -93,9 +91,9 @@ def _camera_row(scenes: SceneCommands) -> None:
         scenes.look_through(chosen_name)
 
 
-def _clip_row(scenes: SceneCommands) -> None:
+def _clip_row(desk: TimeDesk) -> None:
     """Draw the choice of the animation clip, if there are several."""
-    clips = scenes.clips
+    clips = desk.scenes.clips
     if not clips.names:
         return
     chosen_name = widgets.choice("clip", clips.current_name, list(clips.names), _CLIP_TIP)
@@ -103,32 +101,32 @@ def _clip_row(scenes: SceneCommands) -> None:
         clips.choose(chosen_name)
 
 
-def _key_row(scenes: SceneCommands, editing: Editing) -> None:
+def _key_row(desk: TimeDesk) -> None:
     """Draw the buttons for camera keys, and the frames of the keys."""
-    keys = scenes.key_frames
+    scenes, keys = desk.scenes, desk.scenes.key_frames
     if widgets.button("Set camera key", "set camera key"):
         scenes.set_key()
     imgui.same_line()
-    with widgets.disabled(editing.frame not in keys or len(keys) < 2):
+    with widgets.disabled(desk.editing.frame not in keys or len(keys) < 2):
         if widgets.button("Delete key", "delete camera key"):
             scenes.delete_key()
     if len(keys) > 1:
         texts.gray_text("keys at " + ", ".join(f"{frame:g}" for frame in keys))
 
 
-def _size_row(scenes: SceneCommands, editing: Editing) -> None:
+def _size_row(desk: TimeDesk) -> None:
     """Draw the choice of the size of the picture."""
-    framing = scenes.framing
+    framing = desk.scenes.framing
     sizes = {size: f"{size[0]}x{size[1]}" for size in (*_SIZES, framing.size)}
     width, height = widgets.pick("size", framing.size, sizes, "Pixels of the picture")
     if (width, height) != framing.size:
         new_framing = replace(framing, width_px=width, height_px=height)
-        editing.do(replace(editing.shot, framing=new_framing))
+        desk.editing.do(replace(desk.editing.shot, framing=new_framing))
 
 
-def _axis_and_unit_rows(scenes: SceneCommands) -> None:
+def _axis_and_unit_rows(desk: TimeDesk) -> None:
     """Draw the choice of up axis and unit, for files that do not define them."""
-    framing = scenes.framing
+    framing = desk.scenes.framing
     up_axis, unit_m = widgets.pick_one("up axis", framing.up_axis, _UP_TIP), framing.meters_per_unit
     words = _UNITS | {unit_m: _UNITS.get(unit_m, f"{unit_m:g} m")}
-    scenes.set_axis_and_unit(up_axis, widgets.pick("unit", unit_m, words, _UNIT_TIP))
+    desk.scenes.set_axis_and_unit(up_axis, widgets.pick("unit", unit_m, words, _UNIT_TIP))

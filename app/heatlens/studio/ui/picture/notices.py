@@ -11,7 +11,7 @@ from imgui_bundle import ImVec2, ImVec4, imgui
 from heatlens.core.base.messages import window_words
 from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.render.source.stream_source import StreamSource
-from heatlens.studio.session.marks.lessons import Lesson, Lessons
+from heatlens.studio.board.lessons import Lesson, Lessons
 from heatlens.studio.ui import probe, texts, theme, widgets
 
 _WIDTH_EM, _MIN_WIDTH_EM = (

@@ -16,8 +16,8 @@ from heatlens.render.display.screen_pictures import MIPMAPS_UNDER, ScreenPicture
 from heatlens.render.gpu.device import Texture
 from heatlens.render.preview.shown import Shown
 from heatlens.render.rendered_frames.screen_work import KeptFrame, ScreenWork
-from heatlens.studio.session.desks import PictureDesk
-from heatlens.studio.session.facts import Facts
+from heatlens.studio.board.desks import PictureDesk
+from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui.picture.grid import Pictures, Tile
 
 

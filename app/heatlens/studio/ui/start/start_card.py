@@ -12,7 +12,7 @@ from heatlens.core.base.outside_text import printable
 from heatlens.core.base.paths import data_dir, read_file_bytes
 from heatlens.media.files.opened_by_ending import open_embedded_picture
 from heatlens.render.gpu.device import Device, Sampling, Texture
-from heatlens.studio.session.files.start_choices import Card
+from heatlens.studio.settings.cards import Card
 from heatlens.studio.ui import theme
 from heatlens.studio.ui.texts import fit_text
 

@@ -7,7 +7,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.media.scene.scene_read import DEMO
 from heatlens.render.gpu.device import Device
-from heatlens.studio.session.files.start_choices import Card
+from heatlens.studio.settings.cards import Card
 from heatlens.studio.ui import probe, theme
 from heatlens.studio.ui.start.start_card import (
     CardArea,

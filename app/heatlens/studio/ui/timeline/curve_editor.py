@@ -18,8 +18,8 @@ from heatlens.core.model.shot.focus_track import Sample
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import RecordingState
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.desks import TimeDesk
-from heatlens.studio.session.keys.key_drag import KeyPositions, nearest_key
+from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.key_drag import KeyPositions, nearest_key
 from heatlens.studio.ui import probe, theme
 from heatlens.studio.ui.probe import Rect
 from heatlens.studio.ui.timeline.curve_axis import AXES, CurveAxis, raise_keys
@@ -58,7 +58,7 @@ def curve_editor(
     _draw_background(unit, axis, scale, heights)
     _draw_sharp_range(scale, heights, samples)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
-        draw_recorded(desk.recording, scale, heights)
+        draw_recorded(desk, scale, heights)
     _draw_line(scale, heights, line, theme.colors.accent, 0.12)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
         _draw_marks(desk, scale, heights)
@@ -137,7 +137,7 @@ def _visible_places(
     """
     keys = desk.editing.shot.curves.of(axis.parameter).keys
     places = [place for _, place in line] + [axis.place_of(key.value) for key in keys]
-    places += recorded_range(desk.recording) if samples else []
+    places += recorded_range(desk) if samples else []
     places += _mark_places(desk) if samples and (frames_all or not keys) else []
     low, high = min(places), max(places)
     range_dioptres = max((sample.near - sample.focus for sample in samples), default=0.0)

@@ -10,7 +10,7 @@ from heatlens.core.base.messages import report_errors
 from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.curves.interpolation import Ease, Interpolation, Scale
 from heatlens.core.model.keys.key_choice import check_shot, frames_of
-from heatlens.studio.session.desks import TimeDesk
+from heatlens.studio.board.desks import TimeDesk
 from heatlens.studio.ui import theme, widgets
 from heatlens.studio.ui.timeline.curve_axis import CurveAxis
 from heatlens.studio.ui.timeline.view import TimeScale

@@ -13,8 +13,8 @@ from heatlens.core.model.keys.key_choice import KeyId, KeySelection, key_of, mov
 from heatlens.core.model.keys.key_rows import CAMERA, Row, key_frames, shown_rows
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.desks import TimeDesk
-from heatlens.studio.session.keys.key_drag import KeyDrag, KeyPositions, KeyStretch, Move
+from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.key_drag import KeyDrag, KeyPositions, KeyStretch, Move
 from heatlens.studio.ui import probe, theme, widgets
 from heatlens.studio.ui.probe import Rect
 from heatlens.studio.ui.timeline.view import TimelineView, TimeScale

@@ -17,7 +17,7 @@ from heatlens.core.model.keys.key_rows import CAMERA
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import RecordingState
 from heatlens.media.frame_cache.frame_states import Run
-from heatlens.studio.session.desks import TimeDesk
+from heatlens.studio.board.desks import TimeDesk
 from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.timeline.curve_editor import curve_editor
 from heatlens.studio.ui.timeline.dope_sheet import dope_sheet
@@ -45,7 +45,7 @@ def timeline_panel(desk: TimeDesk, view: TimelineView, unit: str) -> None:
     if desk.recording.state is RecordingState.OFF:
         key_controls_row(desk, view)
     else:
-        recording_row(desk.recording)
+        recording_row(desk)
     em = imgui.get_font_size()
     corner, free_size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     x = corner.x + NAMES_EM * em

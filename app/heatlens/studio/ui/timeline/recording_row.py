@@ -7,7 +7,7 @@ from itertools import pairwise
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.model.shot.pull import TOLERANCE_LEAST, TOLERANCE_MOST, RecordingState
-from heatlens.studio.session.live.pull_recording import PullRecording
+from heatlens.studio.board.desks import TimeDesk
 from heatlens.studio.ui import probe, texts, theme
 from heatlens.studio.ui.timeline.curve_handles import Heights
 from heatlens.studio.ui.timeline.tool_row import Tool, button_tool, text_tool, tool_row
@@ -22,11 +22,11 @@ _TOLERANCE_TIP = (
 )
 
 
-def recording_row(recording: PullRecording) -> None:
+def recording_row(desk: TimeDesk) -> None:
     """Draw the row that replaces the row of key controls during a recording."""
-    state = recording.state
+    recording, state = desk.recording, desk.recording.state
     if state is RecordingState.RECORDED:
-        tool_row("recording", _recorded_tools(recording))
+        tool_row("recording", _recorded_tools(desk))
         return
     words = {
         RecordingState.ARMED: _ARMED_WORDS,
@@ -39,16 +39,16 @@ def recording_row(recording: PullRecording) -> None:
     probe.note("recording words")
 
 
-def _recorded_tools(recording: PullRecording) -> list[Tool]:
+def _recorded_tools(desk: TimeDesk) -> list[Tool]:
     """Return the row after a recording: number of keys, tolerance, and buttons to keep or drop."""
-    em = imgui.get_font_size()
+    em, recording = imgui.get_font_size(), desk.recording
     keys = "one key" if recording.key_count == 1 else f"{recording.key_count} keys"
     bright_text = partial(text_tool, name="recording words", is_dim=False)
     return [
         bright_text(f"{len(recording.samples)} frames recorded as", 4),
         bright_text(keys, 1),
         bright_text("tolerance", 3),
-        Tool(partial(_tolerance_slider, recording), _TOLERANCE_EM * em, 1),
+        Tool(partial(_tolerance_slider, desk), _TOLERANCE_EM * em, 1),
         replace(
             bright_text(f"{recording.tolerance_dioptres:.2g} dioptres", 2), width=_FIGURE_EM * em
         ),
@@ -57,8 +57,9 @@ def _recorded_tools(recording: PullRecording) -> list[Tool]:
     ]
 
 
-def _tolerance_slider(recording: PullRecording) -> None:
+def _tolerance_slider(desk: TimeDesk) -> None:
     """Draw the slider of the tolerance, and compute the keys again with a changed one."""
+    recording = desk.recording
     has_changed, tolerance = imgui.slider_float(
         "##tolerance", recording.tolerance_dioptres, TOLERANCE_LEAST, TOLERANCE_MOST,
         "",
@@ -70,16 +71,18 @@ def _tolerance_slider(recording: PullRecording) -> None:
         recording.set_tolerance(tolerance)
 
 
-def recorded_range(recording: PullRecording) -> list[float]:
+def recorded_range(desk: TimeDesk) -> list[float]:
     """Return the lowest and highest place that `draw_recorded` draws, in dioptres; [] for none."""
+    recording = desk.recording
     places = [1.0 / distance_m for _, distance_m in recording.samples]
     tolerance = recording.tolerance_dioptres
     return [min(places) - tolerance, max(places) + tolerance] if places else []
 
 
-def draw_recorded(recording: PullRecording, scale: TimeScale, heights: Heights) -> None:
+def draw_recorded(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
     """Draw the recorded focus as a line, inside the band of the tolerance of the keys."""
-    draw, tolerance = imgui.get_window_draw_list(), recording.tolerance_dioptres
+    draw, recording = imgui.get_window_draw_list(), desk.recording
+    tolerance = recording.tolerance_dioptres
     places = [(frame, 1.0 / distance_m) for frame, distance_m in recording.samples]
     corner = ImVec2(scale.x, heights.y)
     draw.push_clip_rect(corner, ImVec2(scale.x + scale.width, heights.y + heights.height), True)

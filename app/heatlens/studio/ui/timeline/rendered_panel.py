@@ -4,8 +4,8 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.errors import InputError
 from heatlens.render.rendered_frames.frame_store import MEGABYTE
-from heatlens.studio.session.desks import TimeDesk
-from heatlens.studio.session.settings.preferences import MEGABYTES_MOST
+from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.settings.preferences import MEGABYTES_MOST
 from heatlens.studio.ui import texts, theme, widgets
 from heatlens.studio.ui.timeline.view import TimelineView
 

@@ -10,7 +10,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import Ending, check_frame, check_frames_per_second
 from heatlens.media.sequence.sequence import MissingPolicy
-from heatlens.studio.session.desks import TimeDesk
+from heatlens.studio.board.desks import TimeDesk
 from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.timeline.rendered_panel import rendered_label
 from heatlens.studio.ui.timeline.tool_row import Tool, text_tool, tool_row

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, field, replace
 
 from heatlens.core.model.shot.focus_track import FocusTrack
-from heatlens.studio.session.keys.key_drag import KeyDrag, KeyStretch
+from heatlens.studio.board.key_drag import KeyDrag, KeyStretch
 from heatlens.studio.ui.timeline.curve_axis import CurveLine
 
 _MIN_FRAMES = 4.0  # smallest visible number of frames

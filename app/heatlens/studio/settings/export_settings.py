@@ -10,8 +10,8 @@ from heatlens.core.model.view.guides import NO_GUIDES, Guides
 from heatlens.core.model.view.view import DisplayOptions
 from heatlens.deliver.export.job import job_text
 from heatlens.deliver.export.options import ExportOptions, options_in_panel
+from heatlens.deliver.farm.export_place import HERE, ExportPlace
 from heatlens.media.files.picture_formats import FORMATS
-from heatlens.studio.session.settings.export_place import HERE, ExportPlace
 
 CAMERA_KINDS = {
     "USD": ".usda",

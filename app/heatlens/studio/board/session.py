@@ -17,22 +17,22 @@ from heatlens.render.display.color_choice import ColorChoice
 from heatlens.render.display.front_end import FrontEnd
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu import shader_reload
+from heatlens.render.preview.speed import Speed
 from heatlens.render.source.opened import Opened
-from heatlens.studio.session.desks import FileDesk, LensDesk, PictureDesk, TimeDesk
-from heatlens.studio.session.facts import Facts
+from heatlens.studio.board.desks import FileDesk, LensDesk, PictureDesk, TimeDesk
+from heatlens.studio.board.facts import Facts
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
-from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.shot.editing import Editing
-from heatlens.studio.session.shot.start import (
+from heatlens.studio.session.time.timeline import Timeline
+from heatlens.studio.settings.preferences import Preferences
+from heatlens.studio.settings.start import (
     CommandLineOptions,
     Start,
     first_lens,
     with_given_camera,
 )
-from heatlens.studio.session.speed import Speed
-from heatlens.studio.session.time.timeline import Timeline
 
 
 class ShaderWatch(Commands, Worker):

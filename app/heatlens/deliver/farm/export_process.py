@@ -19,10 +19,7 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.deliver.export.output import MOVIE_SUFFIXES
 from heatlens.deliver.farm.cluster import DETACH_SIGNAL
 from heatlens.deliver.farm.events import event_in
-from heatlens.deliver.farm.processes import PATIENCE_S, start_process, stop
-from heatlens.media.documents.shot_file import SHOT_SUFFIX, write_shot
-from heatlens.media.files.atomic_file import write_whole
-from heatlens.studio.session.settings.export_place import (
+from heatlens.deliver.farm.export_place import (
     HERE,
     ExportPlace,
     LeftExport,
@@ -30,6 +27,9 @@ from heatlens.studio.session.settings.export_place import (
     job_path,
     shot_of_job,
 )
+from heatlens.deliver.farm.processes import PATIENCE_S, start_process, stop
+from heatlens.media.documents.shot_file import SHOT_SUFFIX, write_shot
+from heatlens.media.files.atomic_file import write_whole
 
 _KILLED_S = 1.0  # time for the system to remove a killed process
 _TITLES = {"shot sheet": "pull sheet"}

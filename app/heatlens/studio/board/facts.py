@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.view.view_geometry import Pixel
-from heatlens.studio.session.desks import PictureDesk, TimeDesk
+from heatlens.studio.board.desks import PictureDesk, TimeDesk
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.scenes.size_keeping import SizeKeeping
 from heatlens.studio.session.shot.editing import Editing

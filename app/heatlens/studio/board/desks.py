@@ -12,6 +12,7 @@ from heatlens.core.model.view.picture_view import PictureView
 from heatlens.render.display.color_choice import ColorChoice
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.preview.speed import Speed
 from heatlens.render.rendered_frames.screen_work import ScreenWork
 from heatlens.studio.session.exports.export_commands import ExportCommands
 from heatlens.studio.session.files.file_commands import FileCommands
@@ -41,7 +42,6 @@ from heatlens.studio.session.playing.kept_screen import KeptScreen
 from heatlens.studio.session.playing.render_scheduler import RenderScheduler, VisibleWork
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shared import Shared
-from heatlens.studio.session.speed import Speed
 from heatlens.studio.session.time.focus_track import MarkTrack, MarkTracks
 from heatlens.studio.session.time.timeline import Timeline
 

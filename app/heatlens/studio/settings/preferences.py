@@ -20,10 +20,10 @@ from heatlens.core.model.view.guides import NO_GUIDES, USUAL_PEAKING, Guides, Pe
 from heatlens.core.model.view.ui_sizes import SCALES
 from heatlens.core.model.view.view import ViewState
 from heatlens.deliver.farm.connection import SchedulerIdentity
+from heatlens.deliver.farm.export_place import HERE, ExportPlace, LeftExport
 from heatlens.media.files.atomic_file import FOR_THE_USER, lock_file, write_whole
 from heatlens.media.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.media.live.ring.channel_map import ChannelMap
-from heatlens.studio.session.settings.export_place import HERE, ExportPlace, LeftExport
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
