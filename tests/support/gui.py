@@ -81,7 +81,7 @@ class Gui:
             self._paint(self._corner)
             # As a window does when it swaps: what waits to be drawn takes memory in llvmpipe.
             self.ctx.finish()
-            self.session.note_drawn()
+            self.screen.turn.note_shown()
 
     def _paint(self, target: Framebuffer) -> None:
         target.use()

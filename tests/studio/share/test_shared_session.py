@@ -214,15 +214,15 @@ def test_loop_publishes_the_last_work_before_it_sleeps(session, screen, monkeypa
             lambda: not session.time.scheduler.is_working, "the picture", loop.turn
         )
         loop.turn()
-        working, draw_calls, draw = iter([True, True]), [], loop._draw
-        is_working = property(lambda _: next(working, False))
+        pieces, draw_calls, draw = [1], [], loop._draw  # one piece of work, which shows nothing new
+        is_working = property(lambda _: bool(pieces))
         monkeypatch.setattr(type(session.time.scheduler), "is_working", is_working)
-        monkeypatch.setattr(session, "work", lambda: None)
+        monkeypatch.setattr(session, "work", pieces.clear)
         monkeypatch.setattr(loop, "_draw", lambda: (draw_calls.append(1), draw()))
         monkeypatch.setattr(loop, "_wake_event", SimpleNamespace(clear=bool, wait=pytest.fail))
-        loop._last_draw_s = float("inf")  # no pulse is due
+        loop._loop_turn._drawn_s = float("inf")  # no pulse is due
         loop.turn()
-        assert not draw_calls
+        assert not draw_calls and not pieces
         loop._wait()  # would fail if it slept
         loop.turn()
         assert draw_calls

@@ -1,6 +1,5 @@
 """Run a shared session without a window: no display, no ImGui, no GLFW."""
 
-import time
 from collections.abc import Callable
 from threading import Event
 
@@ -12,6 +11,7 @@ from heatlens.render.gpu.device import Texture
 from heatlens.render.preview.shown import Shown
 from heatlens.render.rendered_frames.screen_work import KeptFrame
 from heatlens.studio.board.board import Board
+from heatlens.studio.board.loop_turn import LoopTurn
 from heatlens.studio.board.session import Session
 from heatlens.studio.share.shared import SharedSession
 from heatlens.studio.share.tap import DisplayedPicture, Tap
@@ -40,9 +40,7 @@ class HeadlessLoop:
         self.board = Board(session, self._still_of_picture)
         self._kept_screen = session.time.frames_ahead.screen
         self._tap = Tap(session, self.board, shared)
-        self._last_draw_s = 0.0
-        self._drawn_key: object = None
-        self._has_unpublished_work = False  # True if it has rendered since the last publication
+        self._loop_turn = LoopTurn(session, screen)
 
     def run(self, is_over: Callable[[], bool]) -> None:
         """Run until `is_over` returns True."""
@@ -60,49 +58,48 @@ class HeadlessLoop:
         """
         try:
             with report_faults("The picture could not be drawn"):
-                self._turn()
+                self._make_turn()
         except HeatlensError as error:
             self._session.say_error(error)
             self._tap.publish(None, lambda: None)
             self._wake_event.wait(_ERROR_PAUSE_S)
 
-    def _turn(self) -> None:
+    def _make_turn(self) -> None:
         """Follow the messages, draw if that is due, and render one step of the picture."""
-        session, scheduler = self._session, self._session.time.scheduler
+        turn = self._loop_turn
         self._wake_event.clear()
-        is_touched = self._shared.follow_messages(self.board)
-        if is_touched:
-            session.time.frames_ahead.note_input()
-        is_due = (
-            is_touched or session.time.player.is_due or scheduler.drawing_key != self._drawn_key
-        )
-        if (
-            is_due
-            or not scheduler.is_working
-            or time.monotonic() - self._last_draw_s > _PUBLISH_INTERVAL_S
-        ):
+        if self._shared.follow_messages(self.board):
+            turn.note_input()
+        if not self._session.time.scheduler.is_working or turn.is_pulse_due(_PUBLISH_INTERVAL_S):
+            turn.draw_soon()
+        if turn.begin_due_frame():
             self._draw()
-            self._last_draw_s, self._drawn_key = time.monotonic(), scheduler.drawing_key
-        if scheduler.is_working and not self._shared.has_messages:
-            session.work()
-            self._has_unpublished_work = True
+        if not self._shared.has_messages:
+            self._work()
+
+    # The loop turns once more after its last rendering step, to publish the result. Without that, a
+    # page that connected during the rendering got no picture until something else happened: about
+    # one start in ten of a browser on a busy machine.
+    def _work(self) -> None:
+        """Render one step; request a frame that publishes the result after the last one."""
+        scheduler = self._session.time.scheduler
+        if scheduler.is_working:
+            self._loop_turn.work()
+            if not scheduler.is_working:
+                self._loop_turn.draw_soon()
 
     def _draw(self) -> None:
         """Update the session and publish its picture, as the window does in each frame."""
-        session, start_s = self._session, time.perf_counter()
-        self._has_unpublished_work = False
-        picture_s = session.pictures.live.request_s
-        session.poll()
+        session, turn = self._session, self._loop_turn
+        turn.poll()
         if session.files.documents.offer is not None:
             session.files.documents.answer(recovers=True)  # it goes on where it was
-        session.time.scheduler.update()
-        session.editing.settle_if_resting(is_pressed=bool(self._shared.hands.holder))
-        session.pictures.color.apply(session.facts.view, self._screen, session.facts.shot.grade)
-        self._tap.publish(self._tap.key(self._screen.transform_version), self._displayed_picture)
-        session.note_drawn()
-        picture_s = session.pictures.live.request_s - picture_s
+        turn.update()
         is_held = bool(self._shared.hands.holder)
-        session.time.speed.note_frame(time.perf_counter() - start_s, picture_s, is_held)
+        turn.rest(is_held)
+        self._tap.publish(self._tap.key(self._screen.transform_version), self._displayed_picture)
+        turn.note_shown()
+        turn.end(is_held)
 
     def _displayed_picture(self) -> DisplayedPicture | None:
         """Return the picture as the window would show it; None while there is none."""
@@ -138,18 +135,10 @@ class HeadlessLoop:
         step = max(1, -(-picture.pixels.shape[1] // _STILL_PX))
         return still_of(picture.pixels[::step, ::step, :3])
 
-    # The loop turns once more after its last rendering step, to publish the result. Without that, a
-    # page that connected during the rendering got no picture until something else happened: about
-    # one start in ten of a browser on a busy machine.
     def _wait(self) -> None:
-        """Sleep until there is something to do; return at once if a result is not published yet."""
-        session = self._session
-        if (
-            self._has_unpublished_work
-            or session.time.scheduler.is_working
-            or self._shared.has_messages
-        ):
+        """Sleep until there is something to do."""
+        is_working, turn = self._session.time.scheduler.is_working, self._loop_turn
+        if is_working or turn.has_due_frame or self._shared.has_messages:
             return
-        waits = [session.seconds_until_needed(), self._tap.seconds_until_needed()]
-        known_waits = [wait for wait in waits if wait is not None]
-        self._wake_event.wait(max(min(known_waits), _SHORTEST_SLEEP_S) if known_waits else None)
+        wait_s = turn.seconds_to_sleep(self._tap.seconds_until_needed())
+        self._wake_event.wait(None if wait_s is None else max(wait_s, _SHORTEST_SLEEP_S))

@@ -11,6 +11,7 @@ from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.command import Command
 from heatlens.studio.board.lessons import Lessons
+from heatlens.studio.board.loop_turn import LoopTurn
 from heatlens.studio.board.session import Session
 from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import topmost
@@ -53,6 +54,7 @@ class Screen:
         `is_keyboard_taken` returns True while another program has grabbed the keyboard.
         """
         self._session = session
+        self.turn = LoopTurn(session, pictures)
         self._board = board = Board(session, self._make_still)
         files, time, desk = session.files, session.time, session.pictures
         say, facts = session.messages.say, session.facts
@@ -107,7 +109,7 @@ class Screen:
         session = self._session
         self.ui.theme.apply()
         if is_visible:
-            session.poll()
+            self.turn.poll()
         hears_keys = has_keyboard()  # before a popup can handle Enter and close
         topmost.close_escaped()
         forget_after_click()
@@ -124,11 +126,9 @@ class Screen:
                 imgui.set_window_focus(name)
         session.lens.ring.poll()  # again, for samples that arrived while the panels were drawn
         if is_visible:
-            session.time.scheduler.update()
+            self.turn.update()
         self.picture.draw(hears_keys, is_visible)
-        session.editing.settle_if_resting(is_pressed=imgui.is_any_item_active())
-        facts = session.facts
-        session.pictures.color.apply(facts.view, self._pictures, facts.shot.grade)
+        self.turn.rest(is_pressed=imgui.is_any_item_active())
 
     def _fit_panels(self) -> None:
         """Leave room for the picture if the panels have just become larger."""

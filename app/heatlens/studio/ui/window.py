@@ -1,6 +1,5 @@
 """Run the loop of the window, which draws only when something has changed."""
 
-import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from functools import partial
@@ -76,12 +75,13 @@ class Loop:
             *(FrameRenderer(self._ctx), start, front_end, preferences),
             *(rendered_frames_dir(), is_software(self._ctx)),
         )
-        self._live, self._pace = session.pictures.live, FramePace(session)
         self._show_background()  # a window manager may have changed its size
         self._pad = start.lens_in if isinstance(start.lens_in, PadInput) else None
         self._screen = Screen(
             *(session, pictures, sharing, wake_window), partial(is_keyboard_taken, window)
         )
+        self._turn = self._screen.turn
+        self._pace = FramePace(session, self._turn)
         self._input = InputQueue(self._screen.must_wait_after)
         self._start_imgui()
         self._ui = self._screen.ui
@@ -121,18 +121,15 @@ class Loop:
             if self._pad is not None:
                 self._pad.poll(pad_axes)
             if self._screen.sharing.run_requests():
-                self._pace.draw_soon()
-                session.time.frames_ahead.note_input()
+                self._turn.note_input()
             if glfw.window_should_close(self._window):
                 self._request_close()
-            is_due = session.time.player.is_due or session.lens.ring.news.is_due
-            if is_due or self._pace.is_pulse_due():
-                self._pace.draw_soon()
-            if self._pace.begin_due_frame():
+            self._pace.pulse()
+            if self._turn.begin_due_frame():
                 self._draw_frame()
             # Also between frames, so that a moving pointer cannot prevent rendering.
             if not self._input.has_waiting:
-                self._pace.work()
+                self._turn.work()
         self._save_preferences()
         self._feed.close()
         self._screen.sharing.sharing.end()
@@ -169,7 +166,7 @@ class Loop:
             glfw.wait_events()
         else:
             glfw.wait_events_timeout(wait_s)
-        self._pace.draw_soon()  # a thread with results also wakes the loop
+        self._turn.draw_soon()  # a thread with results also wakes the loop
 
     def _save_preferences(self) -> None:
         """Store window size and panels in the preferences, which are written if they changed."""
@@ -188,8 +185,6 @@ class Loop:
 
     def _draw_frame(self) -> None:
         """Hand out input to ImGui, and draw the window unless more input waits."""
-        start = time.perf_counter()
-        old_picture, old_request_s = self._live.output, self._live.request_s
         self._adapt_to_monitor()
         imgui.backends.opengl3_new_frame()
         imgui.backends.glfw_new_frame()
@@ -200,21 +195,15 @@ class Loop:
         self._screen.draw(is_visible)
         if not is_visible:
             imgui.end_frame()
-            self._pace.draw_soon()
+            self._turn.draw_soon()
             return
         imgui.render()
         self._show_frame()
-        new_picture = self._live.output if self._live.output is not old_picture else None
-        is_mouse_held = any(imgui.is_mouse_down(button) for button in range(3))
-        seconds, picture_s = time.perf_counter() - start, self._live.request_s - old_request_s
-        self._session.time.speed.note_frame(
-            seconds, picture_s, is_mouse_held and new_picture is not None
-        )
+        is_new = self._turn.end(any(imgui.is_mouse_down(button) for button in range(3)))
         # Panels show facts of a new picture one frame later, but the next sample of a turning ring
         # is more urgent.
-        if new_picture and not self._session.lens.ring.is_turning:
-            self._pace.draw_soon()
-        self._pace.note_drawn(start)
+        if is_new and not self._session.lens.ring.is_turning:
+            self._turn.draw_soon()
 
     # A pass of heatlens paints the picture under ImGui; it is not an image of ImGui. The backend of
     # imgui-bundle sets its own samplers, and the backgrounds of windows as large as the screen took
@@ -227,7 +216,7 @@ class Loop:
         self._screen.picture.paint(self._ctx.screen, size)
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         glfw.swap_buffers(self._window)
-        self._session.note_drawn()
+        self._turn.note_shown()
         pictures, view = self._screen.picture.pictures, self._session.facts.view
         self._ui.has_feed = self._feed.draw(
             self._ui.has_feed, pictures, view, self._ui.has_feed_labels
@@ -255,7 +244,7 @@ class Loop:
     def _update_title(self) -> None:
         """Set the window title to the name of the open source, once it is shown."""
         session = self._session
-        if self._live.output is not None and session.source.plate is not None:
+        if session.pictures.live.output is not None and session.source.plate is not None:
             name = session.files.documents.window_title
             title = f"{export_title(session.files.exports.run.state)}{name} - heatlens"
             if title != self._title:
