@@ -157,15 +157,19 @@ def test_frame_and_rate_fields_take_typed_values(gui):
     assert current_frame(gui) == 1006
     type_into(gui, "frame", "99999")
     assert current_frame(gui) == LAST
+    gui.click(gui.middle("more transport"))
+    gui.frame(2)
     type_into(gui, "frames per second", "24000/1001")
     assert gui.session.facts.shot.frames_per_second == 24000 / 1001
     type_into(gui, "frames per second", "fast")
     assert "is not a frame rate" in gui.session.messages.text
     assert gui.session.facts.shot.frames_per_second == 24000 / 1001
+    gui.key(K.escape)
 
 
 def test_typed_timecode_applies_to_the_current_frame(gui):
     gui.session.time.timeline.go_to(1003)
+    gui.click(gui.middle("more transport"))
     gui.frame(2)
     type_into(gui, "timecode", "10:00:00:02")
     assert gui.session.facts.shot.start_timecode == "10:00:00:00"
@@ -175,6 +179,7 @@ def test_typed_timecode_applies_to_the_current_frame(gui):
     gui.key(K.a, ctrl=True)
     gui.key(K.c, ctrl=True)
     assert imgui.get_clipboard_text() == "10:00:00:07"
+    gui.key(K.escape)
     gui.key(K.escape)
 
 

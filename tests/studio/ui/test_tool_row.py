@@ -28,16 +28,17 @@ TOOLS = st.lists(
         st.integers(0, 6),
         st.sampled_from((None, 2.0)),
         st.booleans(),
+        st.booleans(),
     ),
     min_size=1,
     max_size=12,
-)
+).filter(lambda tools: not all(tool.is_rare for tool in tools))
 
 
 def width(tools: list[Tool], rank: int) -> float:
     """Return the width of a row of the tools up to `rank`, with the button for the others."""
-    shown_tools = [tool for tool in tools if tool.rank <= rank]
-    has_more = any(tool.rank > rank and not tool.is_word for tool in tools)
+    shown_tools = [tool for tool in tools if tool.rank <= rank and not tool.is_rare]
+    has_more = any((tool.rank > rank or tool.is_rare) and not tool.is_word for tool in tools)
     gaps = sum(SPACING if tool.gap is None else tool.gap for tool in shown_tools[1:])
     return sum(tool.width for tool in shown_tools) + gaps + MORE_BUTTON_WIDTH * has_more
 
@@ -45,7 +46,7 @@ def width(tools: list[Tool], rank: int) -> float:
 @given(TOOLS, st.floats(0.0, 2000.0))
 def test_ranks_kept_shows_as_many_tools_as_fit(tools: list[Tool], row_width: float) -> None:
     last_rank = highest_fitting_rank(tools, row_width, SPACING, MORE_BUTTON_WIDTH)
-    ranks = sorted({tool.rank for tool in tools})
+    ranks = sorted({tool.rank for tool in tools if not tool.is_rare})
     assert width(tools, last_rank) <= row_width or last_rank == ranks[0]
     assert all(width(tools, rank) > row_width for rank in ranks if rank > last_rank)
 

@@ -71,11 +71,11 @@ def key_frames(shot: Shot, row: Row) -> tuple[float, ...]:
 
 
 def shown_rows(shot: Shot, has_camera: bool) -> tuple[Row, ...]:
-    """Return the rows that the timeline shows; rare ones (tilt, split) only if they are used."""
+    """Return the rows that the timeline shows; rare ones (squeeze, tilt) only if they are used."""
     lens_rows = (
         parameter
         for parameter in LensParameter
-        if not parameter.is_rare or getattr(shot.lens, parameter) or key_frames(shot, parameter)
+        if parameter.is_used(shot.lens) or key_frames(shot, parameter)
     )
     return (*lens_rows, CAMERA) if has_camera else tuple(lens_rows)
 

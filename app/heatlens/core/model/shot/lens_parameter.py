@@ -40,7 +40,7 @@ class ParameterFacts:
     typed         its name in `--key`, if not that of its option
     control       its control in the Lens panel, if not named by its label
     unseen_share  the share by which a recorded value may differ without being seen
-    is_rare       True for those that are 0 in most lenses; rows show them where they are not
+    is_rare       True for those that most lenses leave as they begin; see `is_used`
     """
 
     scales: tuple[Scale, ...]
@@ -91,8 +91,13 @@ class LensParameter(StrEnum):
 
     @property
     def is_rare(self) -> bool:
-        """True for those that are 0 in most lenses; the timeline shows them where they are not."""
+        """True for those that most lenses leave as they begin, such as tilt."""
         return self.facts.is_rare
+
+    def is_used(self, lens: Lens) -> bool:
+        """Return True unless it is rare and the lens leaves it as it begins."""
+        first_value: float = Lens.__dataclass_fields__[self].default
+        return not self.is_rare or getattr(lens, self) != first_value
 
     def format_value(self, value: float, unit: str, digits: str = "g") -> str:
         """Format a value with its unit; `unit` is that of distances."""
@@ -130,7 +135,7 @@ _FACTS = {
         scales=(Scale.LOGARITHMIC,), labels=(_FOCAL_LENGTHS_MM,), span_least=1.0, sign="{} mm"
     ),
     LensParameter.SQUEEZE: ParameterFacts(
-        scales=(Scale.LINEAR,), labels=(_SQUEEZES,), span_least=0.2, sign="{} x"
+        scales=(Scale.LINEAR,), labels=(_SQUEEZES,), span_least=0.2, sign="{} x", is_rare=True
     ),
     LensParameter.TILT: ParameterFacts(
         scales=(Scale.LINEAR,),

@@ -1,4 +1,4 @@
-"""Draw a row of controls on one line; controls that do not fit go into a popup at its end."""
+"""Draw a row of controls on one line; rare ones and those that do not fit go into a popup."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,6 +19,7 @@ class Tool:
     rank     the controls of the highest rank leave the row first, all of them together
     gap      space before the control, in screen units; None for the usual space
     is_word  the control is only text, and is omitted instead of going into the popup
+    is_rare  the control is in the popup whatever the width
     """
 
     draw: Callable[[], None]
@@ -26,6 +27,7 @@ class Tool:
     rank: int
     gap: float | None = None
     is_word: bool = False
+    is_rare: bool = False
 
 
 def highest_fitting_rank(
@@ -35,28 +37,33 @@ def highest_fitting_rank(
 
     `spacing` is the usual gap, and `more_width` that of the button of the popup with its gap.
     """
-    ranks = sorted({tool.rank for tool in tools}, reverse=True)
+    ranks = sorted({tool.rank for tool in tools if not tool.is_rare}, reverse=True)
     for rank in ranks:
-        row_tools = [tool for tool in tools if tool.rank <= rank]
+        row_tools = [tool for tool in tools if _is_in_row(tool, rank)]
         gaps = [spacing if tool.gap is None else tool.gap for tool in row_tools[1:]]
-        has_more = any(tool.rank > rank and not tool.is_word for tool in tools)
+        has_more = any(not (tool.is_word or _is_in_row(tool, rank)) for tool in tools)
         if sum(tool.width for tool in row_tools) + sum(gaps) + more_width * has_more <= width:
             return rank
     return ranks[-1]
 
 
-def tool_row(name: str, tools: Sequence[Tool]) -> None:
-    """Draw the controls side by side, with a button for those that do not fit."""
+def _is_in_row(tool: Tool, rank: int) -> bool:
+    """Return True if a row of tools up to `rank` has this one."""
+    return tool.rank <= rank and not tool.is_rare
+
+
+def tool_row(name: str, tools: Sequence[Tool], tip: str = "More controls") -> None:
+    """Draw the controls side by side, with a button that has `tip` for the others."""
     style, width = imgui.get_style(), imgui.get_content_region_avail().x
     spacing = style.item_spacing.x
     button_width = imgui.calc_text_size(_MORE).x + 2 * style.frame_padding.x
     rank = highest_fitting_rank(tools, width, spacing, button_width + spacing)
-    row_tools = [tool for tool in tools if tool.rank <= rank]
-    popup_tools = [tool for tool in tools if tool.rank > rank and not tool.is_word]
+    row_tools = [tool for tool in tools if _is_in_row(tool, rank)]
+    popup_tools = [tool for tool in tools if not (tool.is_word or _is_in_row(tool, rank))]
     _draw_tools(row_tools)
     if popup_tools:
         imgui.same_line()
-        _draw_more(name, popup_tools)
+        _draw_more(name, popup_tools, tip)
 
 
 def _draw_tools(tools: Sequence[Tool]) -> None:
@@ -68,10 +75,9 @@ def _draw_tools(tools: Sequence[Tool]) -> None:
         tool.draw()
 
 
-def _draw_more(name: str, tools: Sequence[Tool]) -> None:
+def _draw_more(name: str, tools: Sequence[Tool], tip: str) -> None:
     """Draw the button and, while it is open, the popup: a line for each tool, buttons in one."""
     popup = f"more of the {name}"
-    tip = "More controls that do not fit here"
     if widgets.button(f"{_MORE}##{name}", f"more {name}", tip):
         imgui.open_popup(popup)
     if imgui.begin_popup(popup):

@@ -35,6 +35,7 @@ _TIMECODE_TIP = (
     "Timecode of this frame. Type one to set where the shot starts;\n"
     "clear it to use the timecode in the headers of the plates."
 )
+_MORE_TIP = "Play backwards, timecode, frames per second, ending and pace"
 # Shapes of the buttons: triangles as (left x, right x), bars as x, over a square from -1 to 1.
 _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = {
     "first": (((0.9, -0.5),), (-0.8,)),
@@ -51,8 +52,9 @@ _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = 
 
 
 def transport(desk: TimeDesk, view: TimelineView) -> None:
-    """Draw the controls in one row; those that do not fit are in a popup at its end."""
-    em, frames = imgui.get_font_size(), f"of {desk.timeline.played}"
+    """Draw the controls in one row; rare ones and those that do not fit are in a popup."""
+    em, rate = imgui.get_font_size(), desk.editing.shot.frames_per_second
+    frames = f"of {desk.timeline.played}, {rate:.5g} fps"
     tool_row(
         "transport",
         [
@@ -61,10 +63,11 @@ def transport(desk: TimeDesk, view: TimelineView) -> None:
             text_tool(
                 frames, 6, tip="Frames to play: I and O set in and out, Shift+I clears them."
             ),
-            Tool(partial(_timecode_field, desk), _TIMECODE_EM * em, 5),
-            Tool(partial(_rate_field, desk), _RATE_EM * em, 7),
+            Tool(partial(_timecode_field, desk), _TIMECODE_EM * em, 5, is_rare=True),
+            Tool(partial(_rate_field, desk), _RATE_EM * em, 7, is_rare=True),
             *_option_tools(desk),
         ],
+        _MORE_TIP,
     )
     rendered_label(desk, view)
 
@@ -92,7 +95,7 @@ def _transport_buttons(desk: TimeDesk) -> list[Tool]:
             on_press()
 
     return [
-        Tool(partial(drawn, name, shape, tip, do), width, rank, gap=2.0)
+        Tool(partial(drawn, name, shape, tip, do), width, rank, 2.0, is_rare=name == "backwards")
         for rank, name, shape, tip, do in buttons
     ]
 
@@ -158,8 +161,8 @@ def _option_tools(desk: TimeDesk) -> list[Tool]:
     """Return the choices of ending, pace and, if frames are missing, their substitute."""
     em, cache = imgui.get_font_size(), desk.timeline.cache
     tools = [
-        Tool(partial(_ending_choice, desk), _COMBO_EM * em, 8),
-        Tool(partial(_pace_choice, desk), _WIDE_EM * em, 8),
+        Tool(partial(_ending_choice, desk), _COMBO_EM * em, 8, is_rare=True),
+        Tool(partial(_pace_choice, desk), _WIDE_EM * em, 8, is_rare=True),
     ]
     if desk.timeline.missing == "hold" and (cache is None or not cache.sequence.missing):
         return tools  # nothing is missing
