@@ -23,15 +23,20 @@ ASSETS = Path(__file__).parents[1] / "assets"
 SIZE, SCALE = (1500, 2100), 1.25
 _MARGIN = 52  # of a panel around its controls, in screen units
 COLORS = 96  # few enough for small files; panels have flat colours
-OF_PLATE = ("Lens", "Plate", "Guides", "Export", "Looks")
-OF_SCENE = ("Scene", "Marks", "Timeline")
-LOW, FROM_ABOVE = (1500, 1000), ("Plan",)  # it fills its panel
+# The file of a picture and the panel that it shows.
+OF_PLATE = {"lens": "Lens", "source": "Source", "display": "Display", "export": "Export"}
+OF_PLATE |= {"looks": "Looks"}
+OF_SCENE = {"scene": "Source", "timeline": "Timeline"}
+LOW, FROM_ABOVE = (1500, 1000), {"marks": "Marks"}  # its plan fills it
+FOLDS = {"Display": ("Frame masks and guides", "frame mask")}
 
 
 def panel_picture(gui: Gui, name: str) -> Image.Image:
     """Return what the window shows of a panel, from its tab to its last control."""
     imgui.set_window_focus(name)
     gui.frame(2)
+    if name in FOLDS:
+        gui.unfolded(*FOLDS[name])
     exports = gui.session.files.exports
     exports.settings = replace(exports.settings, folder="~/shots/still_life")
     gui.frame(2)
@@ -47,7 +52,7 @@ def main() -> None:
     folder = ASSETS / "manual"
     folder.mkdir(exist_ok=True)
     ctx = headless_context()
-    shots = Path(tempfile.gettempdir()) / "shots"  # the folder that the Plate tab shows
+    shots = Path(tempfile.gettempdir()) / "shots"  # the folder that the Source tab shows
     shots.mkdir()  # never one that is there already, for it is removed in the end
     plate = shutil.copy(ASSETS / "still_life.exr", shots)
     for source, names, size in (
@@ -63,7 +68,7 @@ def main() -> None:
 def _write(
     ctx: Device,
     source: str,
-    names: tuple[str, ...],
+    names: dict[str, str],
     size: tuple[int, int],
     folder: Path,
 ) -> None:
@@ -71,8 +76,8 @@ def _write(
         if source != DEMO:
             gui.settled()
             gui.do("Keep this look")
-        for name in names:
-            path = folder / f"{name.lower()}.png"
+        for file, name in names.items():
+            path = folder / f"{file}.png"
             panel_picture(gui, name).quantize(COLORS).save(path, optimize=True)
             print(path, path.stat().st_size)
 

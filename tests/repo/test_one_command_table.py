@@ -32,8 +32,8 @@ ALLOWED = {
     "ui/panels/guides_panel.py": {"Focus peaking": BUTTON},
     "ui/panels/looks_panel.py": {"Keep this look": BUTTON},
     "ui/panels/marks_panel.py": {"Set mark here": BUTTON, "Pull focus...": BUTTON},
-    "ui/panels/plate_panel.py": {"Depth": HEADING},
-    "ui/panels/plate_rows.py": {"Add a picture behind...": BUTTON},
+    "ui/panels/source_panel.py": {"Depth": HEADING},
+    "ui/panels/source_rows.py": {"Add clean plate...": BUTTON},
     "ui/panels/scene_panel.py": {"Set camera key": BUTTON},
     "ui/timeline/panel.py": {"Set key": BUTTON},
     "web/index.html": {

@@ -1,7 +1,8 @@
-"""Pictures behind a plate, chosen in the Plate panel."""
+"""Pictures behind a plate, chosen in the Source panel."""
 
 import numpy as np
 import pytest
+from imgui_bundle import imgui
 
 from heatlens.media.documents.shot_file import read_shot
 from heatlens.media.sequence.folder_list import list_folder
@@ -23,8 +24,7 @@ def wall_file(path, metres=9.0):
 @pytest.fixture
 def gui(ctx, tmp_path):
     with gui_of(ctx, room_file(tmp_path / "room.exr"), size=SIZE) as gui:
-        for other in ("Display", "Speed"):
-            gui.ui.panels[other] = False
+        imgui.set_window_focus("Source")
         gui.frame(3)
         yield gui
 
@@ -65,12 +65,12 @@ def test_picture_behind_without_depth_is_refused_beside_its_field(gui, tmp_path)
     add_picture_behind(gui, write_plate(tmp_path / "flat.exr", plate.color))
     assert "flat.exr has no depth" in gui.session.files.commands.reading.problem
     _, y0, _, y1 = gui.rect("behind problem")
-    assert y1 - y0 > 10 and gui.rect("Add a picture behind")[1] >= y1
+    assert y1 - y0 > 10 and gui.rect("Add clean plate")[1] >= y1
     assert gui.session.source.plate is plate and gui.session.facts.shot.plate_options.behind == ()
 
 
 def test_add_picture_behind_button_opens_the_file_dialog(gui):
-    gui.click(gui.middle("Add a picture behind"))
+    gui.click(gui.middle("Add clean plate"))
     gui.frame(2)
     assert gui.ui.dialogs.walk.purpose is PURPOSES["behind"]
 

@@ -62,7 +62,7 @@ def test_control_characters_in_names_of_a_plate_are_escaped(ctx, tmp_path, escap
     preferences.remember_opened(str(path))
     with gui_of(ctx, path, preferences, size=(1280, 1700)) as gui:
         session = gui.session
-        imgui.set_window_focus("Plate")
+        imgui.set_window_focus("Source")
         gui.frame(3)
         open_lists(gui, "channel", "colour layer")
         session.messages.say(f"{UNPRINTABLE_NAME} was read")
@@ -86,7 +86,7 @@ def test_control_characters_in_names_of_a_scene_are_escaped(ctx, tmp_path, escap
     writer.node(name=UNPRINTABLE_NAME, camera=camera, translation=[0.0, 0.0, 3.0])
     with gui_of(ctx, writer.write(tmp_path / "s.gltf"), size=(1280, 1700)) as gui:
         gui.frame(3)
-        imgui.set_window_focus("Scene")
+        imgui.set_window_focus("Source")
         gui.frame(3)
         open_lists(gui, "camera")
         gui.click(gui.middle(f"object {UNPRINTABLE_NAME}"))

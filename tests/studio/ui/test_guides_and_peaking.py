@@ -22,7 +22,7 @@ def picture_pixels(gui) -> np.ndarray:
 def test_matte_darkens_only_what_lies_outside_its_aspect(gui):
     gui.settled()
     before = picture_pixels(gui)
-    gui.do("Matte 2.39")
+    gui.do("Frame mask 2.39")
     x0, y0, x1, y1 = gui.rect("matte in the picture")
     assert (x1 - x0) / (y1 - y0) == pytest.approx(2.39, rel=1e-3)
     after, top = picture_pixels(gui), round(y0 - gui.at_picture(0, 0)[1])
@@ -31,7 +31,7 @@ def test_matte_darkens_only_what_lies_outside_its_aspect(gui):
     inner_rows = slice(top + 2, top + height - 2)
     np.testing.assert_array_equal(after[inner_rows, 3:-3], before[inner_rows, 3:-3])
     assert after[: top - 2].mean() < 0.5 * before[: top - 2].mean()
-    gui.do("Matte 2.39")
+    gui.do("Frame mask 2.39")
     np.testing.assert_array_equal(picture_pixels(gui), before)
 
 
@@ -108,16 +108,21 @@ def test_zoom_words_show_the_zoom_in_percent(gui):
     assert (zoom_words(16.0), zoom_words(0.045)) == ("1600 %", "4.5 %")
 
 
-def test_guides_panel_sets_matte_lines_and_peaking(gui):
-    imgui.set_window_focus("Guides")
+def show_guides(gui):
+    imgui.set_window_focus("Display")
     gui.frame(3)
+    gui.unfolded("Frame masks and guides", "frame mask")
+
+
+def test_guides_panel_sets_mask_lines_and_peaking(gui):
+    show_guides(gui)
     gui.click(gui.middle("thirds"))
-    gui.click(gui.middle("colour what is in focus"))
+    gui.click(gui.middle("focus peaking"))
     view = gui.session.facts.view
     assert view.guides.thirds and view.is_peaking
-    gui.click(gui.middle("matte"))
+    gui.click(gui.middle("frame mask"))
     gui.frame(2)
-    gui.click(gui.middle("matte: own"))
+    gui.click(gui.middle("frame mask: own"))
     gui.frame(2)
     gui.click(gui.middle("own aspect"))
     gui.key(K.a, ctrl=True)
@@ -130,8 +135,7 @@ def test_guides_panel_sets_matte_lines_and_peaking(gui):
 def test_desqueeze_widens_the_picture_and_maps_the_pointer(gui):
     gui.settled()
     (x0, y0), (x1, y1) = gui.at_picture(0, 0), gui.at_picture(WIDTH, HEIGHT)
-    imgui.set_window_focus("Guides")
-    gui.frame(3)
+    show_guides(gui)
     gui.click(gui.middle("desqueeze"))
     gui.frame(2)
     gui.click(gui.middle("desqueeze: 2"))
@@ -152,8 +156,7 @@ def test_guides_panel_offers_the_squeeze_of_the_lens_as_desqueeze(gui):
     session = gui.session
     session.editing.edit_lens(replace(session.facts.lens, squeeze=1.75))
     gui.rest()
-    imgui.set_window_focus("Guides")
-    gui.frame(3)
+    show_guides(gui)
     gui.click(gui.middle("desqueeze"))
     gui.frame(2)
     gui.click(gui.middle("desqueeze: as the lens: 1.75"))
@@ -164,8 +167,7 @@ def test_framing_lines_are_drawn_and_removed(gui):
     view, line = gui.session.pictures.view, FrameLine("239", (0.25, 0.25, 0.75, 0.75))
     canvas = Canvas(10.0 * WIDTH, 10.0 * HEIGHT, (line,))
     view.state = replace(view.state, guides=replace(view.state.guides, canvases=(canvas,)))
-    gui.ui.panels["Guides"] = True
-    gui.frame(3)
+    show_guides(gui)
     corners = (
         *gui.at_picture(WIDTH / 4, HEIGHT / 4),
         *gui.at_picture(WIDTH * 3 / 4, HEIGHT * 3 / 4),

@@ -157,7 +157,7 @@ def test_click_in_the_same_frame_as_its_movement_reaches_a_tab(input_queue):
         box = window.dc.dock_tab_item_rect
         return (box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2
 
-    for name in ("Plate", "Export", "Display"):
+    for name in ("Source", "Export", "Display"):
         input_queue.tap(K.left_shift)
         input_queue.queue.add(Motion(at_tab(name)))
         input_queue.queue.add(Button(0, True))

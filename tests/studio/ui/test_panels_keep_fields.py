@@ -21,12 +21,13 @@ from heatlens.core.model.view.view import Against, ViewState
 from heatlens.media.plate.read import read_plate
 from heatlens.render.display.color_choice import ColorChoice
 from heatlens.studio.settings.export_settings import ExportSettings
-from heatlens.studio.ui.panels.blur_panel import blur_panel
 from heatlens.studio.ui.panels.display_panel import display_panel
 from heatlens.studio.ui.panels.export_panel import export_panel
 from heatlens.studio.ui.panels.lens_panel import LensFacts, lens_panel
 from heatlens.studio.ui.panels.opening_panel import opening_panel
-from heatlens.studio.ui.panels.plate_panel import PlateFacts, plate_panel
+from heatlens.studio.ui.panels.rendering_panel import blur_rows
+from heatlens.studio.ui.panels.source_panel import PlateFacts, plate_panel
+from heatlens.studio.ui.panels.source_rows import matte_rows
 from support.gui import Gui, gui_of
 from support.other_values import with_all_fields_other, with_other_fields
 from support.scene_window import reset_scene
@@ -90,7 +91,7 @@ def facts(tmp_path: Path) -> PlateFacts:
 @pytest.mark.parametrize("has_many_views", [False, True])
 @pytest.mark.parametrize("settings", [DefocusSettings(), QUICK])
 def test_blur_panel_keeps_every_field(screen, has_many_views, settings):
-    assert_fields_kept(lambda value: blur_panel(value, has_many_views), settings)
+    assert_fields_kept(lambda value: blur_rows(value, has_many_views), settings)
 
 
 def test_lens_and_opening_panels_keep_every_field(screen, facts):
@@ -103,8 +104,13 @@ def test_lens_and_opening_panels_keep_every_field(screen, facts):
 
 def test_plate_panel_keeps_every_option(screen, facts):
     assert_fields_kept(
-        lambda value: plate_panel(value, facts, fail_on_report, lambda: None, fail_on_report),
-        PlateOptions(),
+        lambda value: plate_panel(value, facts, fail_on_report, lambda: None), PlateOptions()
+    )
+
+
+def test_mattes_of_the_blur_keep_every_option(screen):
+    assert_fields_kept(
+        lambda value: matte_rows(value, fail_on_report, fail_on_report), PlateOptions()
     )
 
 
@@ -136,7 +142,7 @@ def test_panel_keeps_a_field_that_is_added_later(screen):
     class Later(DefocusSettings):
         later: int = 0
 
-    assert_fields_kept(lambda value: blur_panel(value, False), Later())
+    assert_fields_kept(lambda value: blur_rows(value, False), Later())
 
 
 # All panels of the window, with what they are handed there

@@ -24,7 +24,7 @@ def shared_gui(session_context, tmp_path_factory) -> Iterator[Gui]:
 def gui(ctx, shared_gui) -> Gui:
     shared_gui.begin_again()
     shared_gui.session.editing.begin(replace(shared_gui.session.facts.shot, marks=()))
-    imgui.set_window_focus("Plan")
+    imgui.set_window_focus("Marks")
     shared_gui.frame(3)
     return shared_gui
 

@@ -1,9 +1,10 @@
-"""The Plate panel: it shows the options that were read, and rereads the plate with chosen ones."""
+"""The Source panel of a plate: how it was read, and reading it again with other options."""
 
 import math
 
 import numpy as np
 import pytest
+from imgui_bundle import imgui
 
 from heatlens.core.base.messages import window_words
 from heatlens.core.model.shot.plate_options import PlateOptions
@@ -41,8 +42,7 @@ def preferences():
 @pytest.fixture
 def gui(ctx, plate, preferences):
     with gui_of(ctx, plate, preferences, size=SIZE) as gui:
-        for other in ("Display", "Speed"):
-            gui.ui.panels[other] = False
+        imgui.set_window_focus("Source")
         gui.frame(3)
         yield gui
 
@@ -65,12 +65,15 @@ def test_neighbors_control_sets_the_option(gui):
 def enter(gui, control, text):
     gui.click(gui.middle(control))
     gui.type(text)
-    gui.click(gui.middle("plate histogram"))
+    gui.click(gui.middle("distance"))
     gui.until(lambda: not gui.session.source.opener.opening, "an answer")
     gui.frame(3)
 
 
 def test_never_blur_is_typed_and_only_blur_can_be_picked(gui):
+    imgui.set_window_focus("Lens")
+    gui.frame(2)
+    gui.unfolded("Mattes for the blur", "never blur")
     enter(gui, "never blur", "matte:mist.V")
     assert gui.session.facts.shot.plate_options.never_blur == "matte:mist.V"
     assert gui.session.source.plate.cutout is not None
@@ -126,7 +129,7 @@ def test_depth_along_the_ray_is_converted_to_planar_depth(gui):
 def test_depth_along_the_ray_uses_the_lens_if_the_header_has_none(ctx, tmp_path):
     bare = write_file(tmp_path / "bare.exr", channels())
     with gui_of(ctx, bare, size=SIZE, lens={"focal_length_mm": 35.0}) as gui:
-        gui.ui.panels["Display"] = gui.ui.panels["Speed"] = False
+        imgui.set_window_focus("Source")
         gui.frame(3)
         choose(gui, "kind", "along the ray")
         window = gui.session.source.plate.display_window
@@ -235,7 +238,7 @@ def test_histogram_part_at_is_linear_in_dioptres(distance_m):
 def test_plate_of_blur_sizes_has_no_histogram_and_says_why(ctx, tmp_path):
     coc = write_file(tmp_path / "coc.exr", rgb(HEIGHT, WIDTH) | {"coc": 4 * RAMP})
     with gui_of(ctx, coc, size=SIZE, plate_options=PlateOptions(depth_convention="coc")) as gui:
-        gui.ui.panels["Display"] = gui.ui.panels["Speed"] = False
+        imgui.set_window_focus("Source")
         gui.frame(4)
         x0, y0, x1, y1 = (round(v) for v in gui.rect("plate because"))
         assert gui.screenshot()[y0:y1, x0:x1].max() > 150  # the text is there
@@ -270,8 +273,9 @@ def test_doubts_about_depth_are_shown_beside_their_controls(ctx, tmp_path):
         **lens_attributes(50, 2, 500, 36, 24),
     )
     with gui_of(ctx, plate, Preferences(), size=SIZE) as gui:
-        gui.ui.panels["Display"] = False
-        gui.drawn.clear()
-        gui.frame(3)
+        assert "plate because" in gui.drawn  # in front by itself
+        for panel in ("Lens", "Source"):
+            imgui.set_window_focus(panel)
+            gui.frame(3)
         assert "question about the convention" in gui.drawn
         assert {"doubt about focus", "doubt about the unit"} <= gui.drawn.keys()

@@ -33,7 +33,7 @@ def gui(ctx: Device, tmp_path) -> Iterator[Gui]:
     scene = clips_file(tmp_path / "clips.glb")
     timing = SceneTiming("walk", 10.0)
     with gui_of(ctx, scene, defocus=QUICK, timing=timing) as gui:
-        imgui.set_window_focus("Scene")
+        imgui.set_window_focus("Source")
         gui.frame(3)
         yield gui
 
@@ -78,7 +78,7 @@ def test_shot_file_keeps_the_clip_and_its_rate(gui, tmp_path):
 
 def test_scene_tab_fits_without_scrolling(gui):
     """With a choice of clips and many objects, the buttons under the list are visible too."""
-    window = imgui.internal.find_window_by_name("Scene")
+    window = imgui.internal.find_window_by_name("Source")
     assert "clip" in gui.drawn
     assert gui.rect("mark object")[3] < window.pos.y + window.size.y
     assert not window.scrollbar_y
@@ -87,6 +87,6 @@ def test_scene_tab_fits_without_scrolling(gui):
 def test_scene_tab_offers_no_clip_choice_for_one_clip(ctx, tmp_path):
     scene = clips_file(tmp_path / "one.glb", ("walk",))
     with gui_of(ctx, scene, defocus=QUICK) as gui:
-        imgui.set_window_focus("Scene")
+        imgui.set_window_focus("Source")
         gui.frame(3)
         assert "camera" in gui.drawn and "clip" not in gui.drawn

@@ -35,9 +35,9 @@ def test_light_theme_is_chosen_in_the_menu_and_remembered(ctx: Device, tmp_path)
             slice(round(y), round(y + size.size[1])),
             slice(round(x), round(x + size.size[0])),
         )
-        dark, before = brightness(gui, "quality"), gui.screenshot()[picture_area]
+        dark, before = brightness(gui, "kit"), gui.screenshot()[picture_area]
         gui.do("Light theme")
-        assert theme.colors is LIGHT and brightness(gui, "quality") > 200 > 80 > dark
+        assert theme.colors is LIGHT and brightness(gui, "kit") > 200 > 80 > dark
         np.testing.assert_array_equal(
             gui.screenshot()[picture_area], before
         )  # the picture, its surround
@@ -47,9 +47,9 @@ def test_light_theme_is_chosen_in_the_menu_and_remembered(ctx: Device, tmp_path)
     assert reloaded.values.theme is Theme.LIGHT
     with gui_of(ctx, plate, reloaded, defocus=QUICK) as gui:
         gui.frame(2)
-        assert brightness(gui, "quality") > 200
+        assert brightness(gui, "kit") > 200
         gui.do("Light theme")
-        assert brightness(gui, "quality") < 80
+        assert brightness(gui, "kit") < 80
 
 
 def test_text_over_the_picture_has_the_same_colors_in_both_themes(ctx: Device, tmp_path):

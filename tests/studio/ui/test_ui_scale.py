@@ -65,7 +65,7 @@ def test_panels_cut_no_words_at_large_scales(gui, scale, monkeypatch):
         ("Lens", "hyperfocal"),
         ("Looks", "lens of look A"),
         ("Marks", "delete A"),
-        ("Speed", "speed picture"),
+        ("Source", "plate because"),
     ):
         imgui.set_window_focus(panel)
         gui.frame(3)

@@ -171,7 +171,7 @@ def test_palette_runs_the_typed_action(gui):
     ("words", "name"),
     [
         *(("wip", "Wipe"), ("plane in", "Plane in focus"), ("1:1", "1:1"), ("UNDO", "Undo")),
-        *(("dof", "Depth of field"), ("clean plate", "Add a picture behind...")),
+        *(("dof", "Depth of field"), ("picture behind", "Add clean plate...")),
     ],
 )
 def test_matches_finds_a_command_by_few_letters_or_a_synonym(words, name):

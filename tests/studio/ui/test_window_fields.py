@@ -95,6 +95,8 @@ def test_drag_with_pauses_is_one_undo_step(gui, monkeypatch):
 
 
 def test_exposure_drag_is_no_undo_step(gui):
+    imgui.set_window_focus("Display")
+    gui.frame(2)
     x, y = gui.middle("exposure")
     gui.drag((x, y), (x + 40, y))
     assert gui.session.facts.view.exposure_stops > 0

@@ -71,6 +71,8 @@ def test_picture_drag_focuses_under_the_pointer_in_one_undo_step(gui):
 
 
 def test_drag_that_leaves_the_picture_changes_no_other_control(gui):
+    imgui.set_window_focus("Display")
+    gui.frame(2)
     gui.press(gui.at_picture(*middle_of(POST)))
     gui.move(gui.middle("focus bar"))
     gui.move(gui.middle("exposure"))
@@ -145,6 +147,8 @@ def test_wheel_over_the_focus_bar_or_its_field_nudges_focus(gui):
 
 def test_wheel_over_the_lens_panel_scrolls_it(gui):
     before, panel = gui.session.facts.shot, imgui.internal.find_window_by_name("Lens")
+    gui.unfolded("Rendering", "method")
+    gui.unfolded("Opening", "blades")
     assert panel.scroll_max.y > 0
     position = gui.middle("f-stop field")
     gui.wheel(position, -3)

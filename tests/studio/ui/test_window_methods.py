@@ -179,6 +179,7 @@ def test_methods_of_a_and_b_are_chosen_in_the_panels(gui, other_renderer):
     gui.frame(2)
     assert gui.session.facts.view.against is Against.PINHOLE
     show_only_panel(gui, "Lens")
+    gui.unfolded("Rendering", "method")
     pick_item(gui, "method", "pyramid")
     assert gui.session.facts.shot.defocus.method is Method.PYRAMID
     pick_item(gui, "method", "accumulation")

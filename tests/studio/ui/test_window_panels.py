@@ -12,7 +12,7 @@ def window(name: str) -> imgui.internal.Window:
     return imgui.internal.find_window_by_name(name)
 
 
-@pytest.mark.parametrize("name", ["Display", "Plate", "Export", "Speed"])
+@pytest.mark.parametrize("name", ["Lens", "Display", "Source"])
 def test_all_tabs_fit_beside_the_front_tab(gui, name):
     imgui.set_window_focus(name)
     gui.frame(3)
@@ -20,10 +20,10 @@ def test_all_tabs_fit_beside_the_front_tab(gui, name):
     assert bar.width_all_tabs <= bar.bar_rect.get_width()
 
 
-def test_scene_tab_is_hidden_for_a_plate(gui):
-    assert gui.session.scenes.scene is None
-    scene = window("Scene")
-    assert scene is None or not scene.active
+def test_reel_tab_is_hidden_for_a_plate(gui):
+    assert gui.session.files.reel.reel is None
+    reel = window("Reel")
+    assert reel is None or not reel.active
     # A layout that did not know it would be thrown away.
     assert lists_all_panels(imgui.save_ini_settings_to_memory(), gui.ui.panels)
 

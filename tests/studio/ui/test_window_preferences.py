@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from imgui_bundle import imgui
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import Ending
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.read import read_plate
 from heatlens.studio.settings.preferences import Preferences, PreferenceValues
-from heatlens.studio.ui.layout import lists_all_panels
+from heatlens.studio.ui.layout import lists_all_panels, restore_layout
 from support.exr_files import rgb, write_file
 from support.gui import gui_of
 from support.sequences import sequence_files
@@ -38,16 +39,18 @@ def test_view_unit_and_hidden_panels_are_restored(ctx, plate):
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         display = gui.session.facts.view.display
         view = gui.session.pictures.color.views(display)[-1]
+        imgui.set_window_focus("Display")
+        gui.frame(2)
         gui.click(gui.middle("view"))
         gui.click(gui.middle(f"view: {view}"))
         gui.do("Metres or feet")
-        gui.do("Speed")
+        gui.do("Looks")
         gui.session.save_preferences(hidden_panels=gui.ui.hidden_panels)
     assert preferences.values.view == view
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         assert (gui.session.facts.view.display, gui.session.facts.view.view) == (display, view)
         assert gui.session.facts.view.unit == "ft"
-        assert [name for name, shown in gui.ui.panels.items() if not shown] == ["Speed"]
+        assert [name for name, shown in gui.ui.panels.items() if not shown] == ["Looks"]
 
 
 def test_playback_ending_and_pace_are_restored(ctx, tmp_path):
@@ -56,8 +59,11 @@ def test_playback_ending_and_pace_are_restored(ctx, tmp_path):
     with gui_of(ctx, film, preferences, defocus=QUICK) as gui:
         for choice in ("ending: bounce", "pace: real time"):
             gui.frame(30)
+            gui.click(gui.middle("more transport"))
+            gui.frame(2)
             gui.click(gui.middle(choice.split(":")[0]))
             gui.click(gui.middle(choice))
+            gui.key(imgui.Key.escape)
         gui.session.save_preferences(hidden_panels=gui.ui.hidden_panels)
     reloaded = Preferences.load(tmp_path / "config")
     assert (reloaded.values.ending, reloaded.values.every_frame) == (Ending.BOUNCE, False)
@@ -70,6 +76,16 @@ def test_lists_all_accepts_only_layouts_with_every_panel():
     assert lists_all_panels("[Window][Picture]\n\n[Window][Lens]\nPos=1,1\n", ["Lens"])
     assert not lists_all_panels("[Window][Picture]\n[Window][Lens]\n", ["Lens", "Display"])
     assert not lists_all_panels("", ["Lens"])
+
+
+def test_layout_of_other_panels_begins_anew_and_says_so(ctx, plate):
+    with gui_of(ctx, plate, Preferences(), defocus=QUICK) as gui:
+        new_layout = imgui.save_ini_settings_to_memory()
+        restore_layout(gui.ui, new_layout)
+        assert not gui.ui.wants_layout and gui.session.messages.text == ""
+        gui.ui.wants_layout = True
+        restore_layout(gui.ui, new_layout.replace("[Window][Source]", "[Window][Plate]"))
+        assert gui.ui.wants_layout and "other panels" in gui.session.messages.text
 
 
 def test_missing_recent_files_are_not_shown_but_stay_remembered(ctx, plate):

@@ -47,11 +47,9 @@ def pose(gui: Gui) -> Pose:
     return gui.session.scenes.pose
 
 
-def test_scene_tab_is_shown_and_all_five_tabs_fit(scene_gui):
-    scene, display = (imgui.internal.find_window_by_name(name) for name in ("Scene", "Display"))
-    assert scene.dock_id == display.dock_id
-    bar = scene.dock_node.tab_bar
-    assert bar.tabs.size() == 5 and bar.width_all_tabs <= bar.bar_rect.get_width()
+def test_all_six_tabs_fit_side_by_side(scene_gui):
+    bar = imgui.internal.find_window_by_name("Source").dock_node.tab_bar
+    assert bar.tabs.size() == 6 and bar.width_all_tabs <= bar.bar_rect.get_width()
 
 
 def test_scene_opens_with_the_picture_of_its_first_camera(scene_gui):
@@ -159,7 +157,7 @@ def test_camera_moves_between_its_keys(scene_gui):
     assert np.linalg.norm(between - end.position_m) > 0.01
     session.time.timeline.go_to(last)
     scene_gui.frame(2)
-    imgui.set_window_focus("Scene")
+    imgui.set_window_focus("Source")
     scene_gui.frame(2)  # the panel tells of the keys
     scene_gui.click(scene_gui.middle("delete camera key"))
     assert scenes.key_frames == (first,) and pose(scene_gui) == start
@@ -248,10 +246,9 @@ def test_scene_panel_with_many_objects_keeps_its_buttons_visible(ctx, tmp_path):
     for number in range(40):
         writer.node(name=f"object {number}", mesh=mesh, translation=[0.1 * number, 0.0, -3.0])
     with gui_of(ctx, writer.write(tmp_path / "many.glb"), defocus=QUICK) as gui:
-        for name in ("Display", "Plate", "Export", "Speed"):
-            gui.ui.panels[name] = False
+        imgui.set_window_focus("Source")
         gui.frame(4)
-        panel = imgui.internal.find_window_by_name("Scene")
+        panel = imgui.internal.find_window_by_name("Source")
         assert panel.scroll_max.y == 0.0
         assert gui.rect("mark object")[3] <= panel.inner_rect.max.y
         _, y0, _, y1 = gui.rect("object object 0")

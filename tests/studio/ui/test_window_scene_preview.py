@@ -53,6 +53,7 @@ def test_views_slider_sets_the_views_of_a_scene_method(scene_gui):
     gui = scene_gui
     gui.ui.panels = {panel: panel == "Lens" for panel in gui.ui.panels}
     gui.frame(3)
+    gui.unfolded("Rendering", "method")
     gui.click(gui.middle("method"))
     gui.frame(2)
     gui.click(gui.middle("method: accumulation"))

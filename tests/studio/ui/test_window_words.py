@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 
 from heatlens.core.base.messages import Messages, Problem, passing_message
 from heatlens.core.model.shot.settings import Quality
-from heatlens.studio.ui.docked_panels import speed_panel
+from heatlens.studio.ui.panels.rendering_panel import speed_rows
 from support.gui import gui_of
 from support.sequences import sequence_files
 from support.session_files import QUICK
@@ -73,7 +73,7 @@ def test_speed_panel_names_the_preview_once(gui, monkeypatch):
         imgui.new_frame()
         imgui.begin("alone")
         preview = replace(shown, settings=settings)
-        speed_panel(gui.session.time.speed, 0.0, preview, gui.session.pictures.renderer)
+        speed_rows(gui.session.time.speed, 0.0, preview, gui.session.pictures.renderer)
         imgui.end()
         imgui.end_frame()
         assert drawn_texts[0].endswith(f"x{shown.texture.size[1]}, {words}")

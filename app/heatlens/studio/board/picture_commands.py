@@ -96,10 +96,13 @@ def _guides(session: Session) -> Iterator[Command]:
     yield from in_group(
         *("View", "mattes"),
         *(
-            remote_command(
-                *(f"Matte {name}", partial(view.toggle_matte, aspect)),
-                is_on=partial(lambda aspect: facts.view.guides.aspect == aspect, aspect),
-                sheet="Guides",
+            replace(
+                remote_command(
+                    *(f"Frame mask {name}", partial(view.toggle_matte, aspect)),
+                    is_on=partial(lambda aspect: facts.view.guides.aspect == aspect, aspect),
+                    sheet="Guides",
+                ),
+                synonyms=("matte", "letterbox"),
             )
             for name, aspect in MATTES.items()
         ),

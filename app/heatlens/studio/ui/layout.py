@@ -18,11 +18,13 @@ from heatlens.studio.ui.timeline.view import TimelineView
 PICTURE = "Picture"
 _TITLES = tuple(MENUS)
 PICTURE_ALONE = "Picture alone"
-_PANEL_EM = 24.8  # width of the column of panels, with five tabs side by side
+_PANEL_EM = 24.8  # width of the column of panels, with six tabs side by side
 _MAX_COLUMN_SHARE, _MAX_TIMELINE_SHARE = 0.45, 0.54  # largest shares of the window
-_LOWER_SHARE = 0.42  # share of the column's height for the lower panels, such as Speed
 _TIMELINE_EM, _CURVE_EM = 16.5, 25.2  # height of the timeline under the picture; with a curve
 _MAX_CURVE_SHARE = 0.5  # largest share of the window that the timeline grows to for the curve
+_OTHER_PANELS = (
+    "This version has other panels, so they begin in their first places: arrange them again."
+)
 _LEFT, _RIGHT = imgui.Key.left_arrow, imgui.Key.right_arrow
 _RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and length of its folder's text
 
@@ -145,6 +147,8 @@ def restore_layout(ui: UiState, layout: str, em: float = 0.0) -> None:
         factor = ui.scale.em / em if em else 1.0
         imgui.load_ini_settings_from_memory(scaled_layout(layout, factor))
         ui.wants_layout = False
+    elif layout:
+        ui.say(_OTHER_PANELS)
 
 
 def lists_all_panels(layout: str, panels: Iterable[str]) -> bool:
@@ -175,17 +179,14 @@ def _arrange(dock: int, size: ImVec2) -> None:
     timeline_share = min(
         _MAX_TIMELINE_SHARE, _TIMELINE_EM * imgui.get_font_size() / max(size.y, 1.0)
     )
-    _, lower, upper = docking.dock_builder_split_node_py(right, imgui.Dir.down, _LOWER_SHARE)
     _, below, centre = docking.dock_builder_split_node_py(centre, imgui.Dir.down, timeline_share)
     docking.dock_builder_dock_window(PICTURE, centre)
     for name in ("Timeline", "Reel"):
         docking.dock_builder_dock_window(name, below)
-    for name in ("Lens", "Marks", "Plan", "Looks", "Guides"):
-        docking.dock_builder_dock_window(name, upper)
-    for name in ("Display", "Plate", "Scene", "Export", "Speed"):
-        docking.dock_builder_dock_window(name, lower)
+    for name in ("Lens", "Marks", "Looks", "Display", "Export", "Source"):
+        docking.dock_builder_dock_window(name, right)
     _set_flag(centre, docking.DockNodeFlagsPrivate_.no_tab_bar)
-    for node in (upper, lower, below):  # each tab has its own close button
+    for node in (right, below):  # each tab has its own close button
         _set_flag(node, docking.DockNodeFlagsPrivate_.no_close_button)
     docking.dock_builder_finish(dock)
 

@@ -122,8 +122,7 @@ class Screen:
             shows_curve = session.time.keys.rows.shows_curve and self.ui.is_timeline_shown
             grow_for_curve(self.ui.timeline, shows_curve, imgui.get_main_viewport().work_size.y)
         if is_new_layout:
-            for name in ("Lens", "Display"):  # bring them in front of the other tabs
-                imgui.set_window_focus(name)
+            imgui.set_window_focus("Lens")  # in front of the other tabs
         session.lens.ring.poll()  # again, for samples that arrived while the panels were drawn
         if is_visible:
             self.turn.update()

@@ -25,60 +25,67 @@ from heatlens.studio.ui.seek import show_setting
 from heatlens.studio.ui.state import UiState
 
 _MENU = "Setting"
+_SCENE_SETTINGS = ("camera", "clip", "size", "up axis", "unit")
 SETTINGS: dict[str, tuple[str, ...]] = {
     "Lens": (
         *(option.label for option in options_of(Aperture).values()),
-        *("distance", "f-stop", "T-stop", "focal length", "framing", "film back", "sensor width"),
-        *("sharp up to", "lens model", "distances from", "pupil offset", "kit", "lens"),
-        *("the view breathes", "at f-stop", "method", "bokeh", "quality", "layers"),
-        *("parts", "picture size", "views", "rays a pixel", "source", "the lens follows it"),
-    ),
-    "Display": (
-        *("display", "view", "input", "exposure", "gamma"),
-        *("overlay", "compare", "gain", "compare with"),
-    ),
-    "Plate": (
-        *("channel", "convention", "near", "far", "kind", "scene unit", "in metres"),
-        *("colour layer", "take out bright grains", "highlights", "flat depth"),
-        *("never blur", "only blur", "neighbours"),
-    ),
-    "Scene": ("camera", "clip", "size", "up axis", "unit"),
-    "Export": (
-        *(option.label for option in options_of(ExportOptions).values() if option.label),
-        *("folder", "name", "where", "processes", "as", "at quality", "for"),
-        "guides and desqueeze of the window",
+        *("distance", "f-stop", "T-stop", "focal length", "lens change", "film back"),
+        *("sensor width", "sharp up to", "lens model", "distances from", "pupil offset", "kit"),
+        *("lens", "the view breathes", "at f-stop", "flat depth", "never blur", "only blur"),
+        *("method", "bokeh", "quality", "layers", "parts", "picture size", "views"),
+        *("rays a pixel", "time each pass", "source", "the lens follows it"),
     ),
     "Marks": ("close focus", *(option.label for option in options_of(Follow).values())),
-    "Guides": (
-        *("matte", "own aspect", "opacity", "safe areas", "thirds", "centre cross", "desqueeze"),
-        *("own desqueeze", "colour what is in focus", "colours", "in", "contrast", "blur up to"),
+    "Display": (
+        *("exposure", "gamma", "display", "view", "input", "overlay", "compare", "gain"),
+        *("compare with", "focus peaking", "show", "colour", "contrast", "up to"),
+        *("frame mask", "own aspect", "opacity", "safe areas", "thirds", "centre cross"),
+        *("desqueeze", "own desqueeze"),
     ),
-    "Speed": ("time each pass",),
+    "Export": (
+        *(option.label for option in options_of(ExportOptions).values() if option.label),
+        *("folder", "name", "where", "processes", "format", "quality", "for"),
+        "guides and desqueeze of the window",
+    ),
+    "Source": (
+        *_SCENE_SETTINGS,
+        *("channel", "convention", "near", "far", "kind", "scene unit", "in metres"),
+        *("colour layer", "remove fireflies", "highlights", "neighbours"),
+    ),
     "Timeline": (
         *("frame", "timecode", "frames per second", "ending", "pace", "missing frames"),
         *("auto key", "curve", "interpolation"),
     ),
 }
+# Panels of earlier versions, each with the panel where its controls are now.
+FORMER_PANELS = {
+    "Plan": "Marks",
+    "Guides": "Display",
+    "Plate": "Source",
+    "Scene": "Source",
+    "Speed": "Lens",
+}
 
 
 def setting_places(facts: Facts, desk: TimeDesk, ui: UiState) -> tuple[Command, ...]:
-    """Return a command for each setting, which shows the setting in its panel."""
+    """Return a command for each setting, and for each former panel, which shows its place."""
+    places = [(panel, words) for panel, settings in SETTINGS.items() for words in settings]
     return tuple(
         Command(
             words,
             partial(_open_panel, ui, panel, words),
             menu=f"{panel} tab",
-            barred=partial(_why_not, facts, desk, panel),
+            barred=partial(_why_not, facts, desk, panel, words),
+            synonyms=tuple(name for name, place in FORMER_PANELS.items() if place == panel),
         )
-        for panel, settings in SETTINGS.items()
-        for words in settings
+        for panel, words in (*places, *((panel, name) for name, panel in FORMER_PANELS.items()))
     )
 
 
-def _why_not(facts: Facts, desk: TimeDesk, panel: str) -> str:
-    """Return the reason why the settings of a panel are unavailable; "" if they are not."""
-    if panel == "Scene" and not facts.has_camera:
-        return "Only a scene has these settings, and none is open."
+def _why_not(facts: Facts, desk: TimeDesk, panel: str, words: str) -> str:
+    """Return the reason why a setting of a panel is unavailable; "" if it is not."""
+    if panel == "Source" and words in _SCENE_SETTINGS and not facts.has_camera:
+        return "Only a scene has this setting, and none is open."
     if panel == "Timeline" and not desk.timeline.has_time:
         return "A timeline needs a source with several frames."
     return ""

@@ -94,20 +94,7 @@ class UiScale:
 
 
 # The names of the panels on their tabs and in the menu.
-PANELS = (
-    "Lens",
-    "Display",
-    "Plate",
-    "Scene",
-    "Export",
-    "Marks",
-    "Plan",
-    "Looks",
-    "Reel",
-    "Guides",
-    "Speed",
-    "Timeline",
-)
+PANELS = ("Lens", "Marks", "Looks", "Display", "Export", "Source", "Reel", "Timeline")
 _UPDATE_S = 0.25  # longest delay before the timeline shows newly read frames
 
 

@@ -20,6 +20,7 @@ Member = TypeVar("Member", bound=Enum)
 
 LABEL_EM = 6.6  # width of the column of labels
 _DRAGGING, _TYPING_BEGINS, _TYPING = 0, 1, 2  # how a number is edited at the moment
+_SEGMENT_GAP = 2.0  # between the buttons of one choice, in screen units
 VALUE_EM = 5.2  # width of the column of values beside sliders
 
 
@@ -190,6 +191,41 @@ def check(words: str, value: bool, name: str = "", tip: str = "") -> bool:
     return bool(value)
 
 
+def toggle_button(words: str, name: str, is_on: bool, tip: str = "", width: float = 0.0) -> bool:
+    """Draw a button, highlighted while it is on, see `button`; return True if it was pressed."""
+    if is_on:
+        knob = imgui.get_style_color_vec4(imgui.Col_.check_mark)
+        imgui.push_style_color(imgui.Col_.button, knob)
+        imgui.push_style_color(imgui.Col_.button_hovered, knob)
+        imgui.push_style_color(imgui.Col_.text, theme.colors.on_accent)
+    is_pressed = button(words, name, width=width)
+    if is_on:
+        imgui.pop_style_color(3)
+    tooltip(tip)
+    return is_pressed
+
+
+def segments(name: str, value: Key, words: Mapping[Key, str], per_row: int, tip: str = "") -> Key:
+    """Draw a button for each value, in rows of `per_row`; return the value that was pressed."""
+    label(name, tip)
+    left, free_width = imgui.get_cursor_pos_x(), imgui.get_content_region_avail().x
+    text_widths = [imgui.calc_text_size(text).x for text in words.values()]
+    columns = [max(text_widths[column::per_row]) for column in range(per_row)]
+    padding = (free_width - sum(columns) - _SEGMENT_GAP * (per_row - 1)) / per_row
+    chosen = value
+    for index, (key, text) in enumerate(words.items()):
+        column = index % per_row
+        x = left + sum(columns[:column]) + column * (padding + _SEGMENT_GAP)
+        if column:
+            imgui.same_line(x)
+        else:
+            imgui.set_cursor_pos_x(x)
+        width = columns[column] + padding
+        if toggle_button(f"{text}##{name}", f"{name} {text}", key == value, width=width):
+            chosen = key
+    return chosen
+
+
 def typed_text(name: str, value: str) -> str:
     """Draw a text field without a label; return its text while it is being typed."""
     _, text = imgui.input_text(f"##{name}", value)
@@ -234,12 +270,16 @@ def fact_row(words: str, text: str, name: str) -> None:
     probe.note(name)
 
 
-def folded_header(name: str, labels: Sequence[str]) -> bool:
-    """Draw a header that is closed at first; return True if its controls are to be drawn.
+def folded_header(name: str, labels: Sequence[str], is_used: bool = False) -> bool:
+    """Draw a header that is closed at first; return True if it is open.
 
-    The header opens when the palette shows the setting with one of the `labels`.
+    The header opens when `is_used` becomes true, and when the palette shows the setting with one of
+    the `labels`.
     """
-    if any(is_highlighted(label, scrolls=False) for label in labels):
+    storage, used_id = imgui.get_state_storage(), imgui.get_id(f"{name} is used")
+    is_newly_used = is_used and not storage.get_bool(used_id)
+    storage.set_bool(used_id, is_used)
+    if is_newly_used or any(is_highlighted(label, scrolls=False) for label in labels):
         imgui.set_next_item_open(True)
     is_open = imgui.collapsing_header(name)
     probe.note(name)

@@ -9,6 +9,8 @@ from imgui_bundle import imgui
 from heatlens.studio.board.command import Command, in_group
 from heatlens.studio.settings.file_purposes import PURPOSES
 from heatlens.studio.settings.preferences import Theme
+from heatlens.studio.ui.panels.rendering_panel import SPEED
+from heatlens.studio.ui.seek import show_setting
 from heatlens.studio.ui.state import PANELS, UiState
 
 _FIRST_TO_OPEN = "Open the demo"  # the command of the session that the dialogs stand in front of
@@ -31,8 +33,8 @@ def _file(ui: UiState) -> Iterator[Command]:
         dialog("Open...", "open", "Ctrl+O", _FIRST_TO_OPEN),
         dialog("Open reference...", "reference", "Ctrl+Shift+O", _FIRST_TO_OPEN),
         replace(
-            dialog("Add a picture behind...", "behind", before=_FIRST_TO_OPEN),
-            synonyms=("clean plate", "background"),
+            dialog("Add clean plate...", "behind", before=_FIRST_TO_OPEN),
+            synonyms=("picture behind", "background"),
         ),
     )
     yield from in_group(
@@ -92,14 +94,15 @@ def _window(ui: UiState) -> Iterator[Command]:
     yield from in_group(
         *("Window", "panels"),
         *(
-            Command(
-                *(name, partial(ui.toggle_panel, name), "T" if name == "Speed" else ""),
-                is_on=partial(is_open, name),
-            )
+            Command(name, partial(ui.toggle_panel, name), is_on=partial(is_open, name))
             for name in PANELS
         ),
     )
-    yield from in_group("Window", "layout", Command("Reset layout", ui.reset_layout))
+    yield from in_group(
+        *("Window", "layout"),
+        Command("Speed", partial(_show_speed, ui), "T", synonyms=("frames per second", "GPU")),
+        Command("Reset layout", ui.reset_layout),
+    )
 
 
 def _switch(ui: UiState, name: str, flag: str, key: str = "", is_alone: bool = False) -> Command:
@@ -121,6 +124,12 @@ def _save_shot(ui: UiState) -> None:
     """Save the shot to its file, or ask for a file name if it has none."""
     if not ui.files.documents.save():
         ui.dialogs.ask("save shot")
+
+
+def _show_speed(ui: UiState) -> None:
+    """Show how fast pictures are made, in the last fold of the Lens panel."""
+    ui.panels["Lens"] = True
+    show_setting("Lens", SPEED)
 
 
 def _show_export(ui: UiState) -> None:

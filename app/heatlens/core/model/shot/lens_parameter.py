@@ -96,8 +96,8 @@ class LensParameter(StrEnum):
 
     def is_used(self, lens: Lens) -> bool:
         """Return True unless it is rare and the lens leaves it as it begins."""
-        first_value: float = Lens.__dataclass_fields__[self].default
-        return not self.is_rare or getattr(lens, self) != first_value
+        first_value = Lens.__dataclass_fields__[self].default
+        return not self.is_rare or bool(getattr(lens, self) != first_value)
 
     def format_value(self, value: float, unit: str, digits: str = "g") -> str:
         """Format a value with its unit; `unit` is that of distances."""

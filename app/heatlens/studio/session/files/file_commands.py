@@ -190,7 +190,7 @@ class FileCommands(Commands, Worker):
         self.openings.poll()
 
     def _follow_stream(self) -> None:
-        """Read a stream's frames with the options of the Plate panel, or of the shot after an undo.
+        """Read a stream as the Source panel says, or as the shot does after an undo.
 
         A recovered shot names its source as a path; that is replaced by the stream's name.
         """

@@ -1,26 +1,22 @@
-"""Draw the Display panel: color, overlays and comparison."""
+"""Draw the Display panel: color, overlays, comparison, focus peaking, masks and guides."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from imgui_bundle import imgui
-
-from heatlens.core.model.option import Values
 from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.settings import Method, barred_methods
 from heatlens.core.model.view.overlays import overlays_by_name
 from heatlens.core.model.view.view import GAIN_LEAST, GAIN_MOST, Against, Compare, ViewState
 from heatlens.render.display.color_choice import ColorChoice
-from heatlens.studio.ui import probe, widgets
+from heatlens.studio.ui import widgets
+from heatlens.studio.ui.panels.guides_panel import guides_rows, peaking_rows
 
-_COMPARE_NAMES: Mapping[str, str] = {
+_COMPARE_NAMES: Mapping[Compare, str] = {
     Compare.OFF: "off",
     Compare.WIPE: "wipe",
     Compare.FLIP: "B",
     Compare.DIFFERENCE: "difference",
 }
-_PER_ROW = {"overlay": 3, "compare": 4}
-_RADIO_EM = 2.2  # width of a radio button and the gap after it, without its text
 
 
 def display_panel(
@@ -30,21 +26,27 @@ def display_panel(
     has_many_views: bool,
     say: Callable[[str], None],
     grade: Grade | None = None,
+    squeeze: float = 1.0,
 ) -> ViewState:
-    """Draw the panel; return the view as the user left it. `reference` is the name of its EXR."""
+    """Draw the panel; return the view as the user left it.
+
+    `reference` is the name of its EXR, `squeeze` that of the lens.
+    """
     view = _color_rows(view, color)
     if grade is not None:
         view = replace(
             view, is_graded=widgets.check("grade", view.is_graded, tip=_grade_words(grade))
         )
-    imgui.separator()
+    widgets.spacer()
     overlay_names = {name: overlay.label for name, overlay in overlays_by_name().items()}
-    view = _radio_buttons(view, "overlay", overlay_names, "Drawn over the picture, with a legend.")
-    imgui.separator()
-    view = _radio_buttons(
-        view, "compare", _COMPARE_NAMES, "A beside B, B alone, or how they differ."
-    )
-    return _compare_rows(view, reference, has_many_views, say)
+    tip = "Drawn over the picture, with a legend."
+    overlay = widgets.segments("overlay", view.overlay, overlay_names, 3, tip)
+    view = peaking_rows(replace(view, overlay=overlay))
+    widgets.spacer()
+    tip = "A beside B, B alone, or how they differ."
+    compare = widgets.segments("compare", view.compare, _COMPARE_NAMES, 4, tip)
+    view = _compare_rows(replace(view, compare=compare), reference, has_many_views, say)
+    return guides_rows(view, squeeze, say)
 
 
 def _grade_words(grade: Grade) -> str:
@@ -55,13 +57,13 @@ def _grade_words(grade: Grade) -> str:
 
 def _color_rows(view: ViewState, color: ColorChoice) -> ViewState:
     """Draw the rows of display, view, input space, exposure and gamma; return the changed view."""
+    exposure = widgets.slider("exposure", view.exposure_stops, -8.0, 8.0, "%+.2f stops")
+    gamma = widgets.slider("gamma", view.gamma, 0.2, 4.0, "%.2f")
     display = widgets.choice("display", view.display, color.displays())
     if display != view.display:
         view = replace(view, display=display, view=color.usual_view(display))
     view_name = widgets.choice("view", view.view, color.views(view.display))
     view = _input_row(view, color)
-    exposure = widgets.slider("exposure", view.exposure_stops, -8.0, 8.0, "%+.2f stops")
-    gamma = widgets.slider("gamma", view.gamma, 0.2, 4.0, "%.2f")
     return replace(view, view=view_name, exposure_stops=exposure, gamma=gamma)
 
 
@@ -77,26 +79,6 @@ def _input_row(view: ViewState, color: ColorChoice) -> ViewState:
         "input", view.input_space or auto, [auto, *color.input_spaces()], tip
     )
     return replace(view, input_space="" if chosen_space == auto else chosen_space)
-
-
-def _radio_buttons(view: ViewState, field: str, names: Mapping[str, str], tip: str) -> ViewState:
-    """Draw a field of the view as radio buttons in even columns beside the label."""
-    widgets.label(field, tip)
-    left, em = imgui.get_cursor_pos_x(), imgui.get_font_size()
-    per_row = _PER_ROW[field]
-    widths = [imgui.calc_text_size(name).x + _RADIO_EM * em for name in names.values()]
-    columns = [max(widths[column::per_row]) for column in range(per_row)]
-    for index, (value, name) in enumerate(names.items()):
-        button_x = left + sum(columns[: index % per_row])
-        if index % per_row:
-            imgui.same_line(button_x)
-        else:
-            imgui.set_cursor_pos_x(button_x)
-        if imgui.radio_button(f"{name}##{field}", getattr(view, field) == value):
-            changes: Values = {field: value}
-            view = replace(view, **changes)
-        probe.note(f"{field} {name}")
-    return view
 
 
 def _compare_rows(

@@ -24,6 +24,8 @@ from heatlens.studio.settings.export_settings import (
 from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.field_row import field_row
 
+_FARM_ROWS = ("where", "processes", "scheduler", "renders too")
+_OVERWRITE = "overwrite"
 _PROCESSES = (1, 2, 4, 8, 16)
 _AHEAD_TIP = "Workers render the frames of the shot while the window rests, for playback."
 _AT_REST_TIP = (
@@ -87,9 +89,8 @@ def export_panel(
     has not agreed to the scheduler of the cluster.
     """
     imgui.separator_text("Frames")
-    settings = replace(_folder_rows(settings), place=_place_rows(settings.place, workers, say))
-    pressed = _agree_button(awaits_consent and settings.place.where is Where.CLUSTER)
-    settings = replace(settings, kind=widgets.choice("as", settings.kind, list(frame_kinds())))
+    settings, pressed = _folder_rows(settings), PressedButton.NOTHING
+    settings = replace(settings, kind=widgets.choice("format", settings.kind, list(frame_kinds())))
     settings = _option_rows(settings, played, default_quality)
     is_busy = state is not None and state.code is None
     with widgets.disabled(is_busy or not settings.name or not settings.folder):
@@ -100,6 +101,11 @@ def export_panel(
     imgui.text_disabled(printable(place.job_name(output) if place.is_job else Path(output).name))
     if state is not None and _draw_progress(state):
         pressed = PressedButton.CANCEL
+    is_elsewhere = place.where is not Where.HERE
+    if widgets.folded_header("Farm", _FARM_ROWS, is_elsewhere or awaits_consent):
+        settings = replace(settings, place=_place_rows(place, workers, say))
+        if _agree_button(awaits_consent and settings.place.where is Where.CLUSTER):
+            pressed = PressedButton.AGREE
     imgui.separator_text("Lens as a camera")
     settings = replace(
         settings, camera_kind=widgets.choice("for", settings.camera_kind, list(CAMERA_KINDS))
@@ -138,25 +144,26 @@ def _cluster_rows(place: ExportPlace, workers: str, say: Callable[[str], None]) 
     return replace(place, scheduler=scheduler, ahead=ahead, at_rest=at_rest)
 
 
-def _agree_button(awaits_consent: bool) -> PressedButton:
+def _agree_button(awaits_consent: bool) -> bool:
     """Draw the button with which the user agrees to a scheduler, while one awaits consent."""
     if not awaits_consent:
-        return PressedButton.NOTHING
+        return False
     widgets.label("")
     is_pressed = widgets.button("Use this scheduler", "agree")
     texts.tip_above(
         "It and its workers get the names of your files and send pictures. The window asks again\n"
         "when another scheduler answers, or this machine is in another network."
     )
-    return PressedButton.AGREE if is_pressed else PressedButton.NOTHING
+    return is_pressed
 
 
 def _folder_rows(settings: ExportSettings) -> ExportSettings:
-    """Draw the fields of folder and name; return the changed settings."""
+    """Draw the fields of folder and name, and what may be overwritten there."""
     widgets.label("folder", "Created if it does not exist.")
     folder = widgets.typed_text("export folder", settings.folder)
     widgets.label("name", "Followed by the frame number and the extension.")
-    return replace(settings, folder=folder, name=widgets.typed_text("export name", settings.name))
+    name = widgets.typed_text("export name", settings.name)
+    return field_row(replace(settings, folder=folder, name=name), _OVERWRITE)
 
 
 def _option_rows(
@@ -171,15 +178,15 @@ def _option_rows(
     quality_names = {"": f"as the shot: {default_quality}"} | {
         str(quality): str(quality) for quality in Quality
     }
-    quality = widgets.pick("at quality", settings.quality, quality_names, _QUALITY_TIP)
+    quality = widgets.pick("quality", settings.quality, quality_names, _QUALITY_TIP)
     settings = replace(settings, frames=frames.strip(), quality=quality)
     for name in options_in_panel(settings.is_linear):
-        if name != "frames":
+        if name not in ("frames", _OVERWRITE):
             settings = field_row(settings, name)
     if settings.is_linear:
         return settings
     with_guides = widgets.check("guides and desqueeze of the window", settings.with_guides)
-    texts.tip_above("Draws the guides of the Guides tab into the files too.")
+    texts.tip_above("Draws the frame mask and the guides of the Display tab into the files too.")
     return replace(settings, with_guides=with_guides)
 
 

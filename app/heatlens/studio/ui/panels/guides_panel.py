@@ -1,4 +1,4 @@
-"""Draw the Guides panel: mattes, guide lines, desqueeze and focus peaking."""
+"""Draw frame masks, guide lines, desqueeze and focus peaking, as folds of the Display panel."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,26 +21,31 @@ from heatlens.core.model.view.guides import (
 )
 from heatlens.core.model.view.view import ViewState
 from heatlens.studio.ui import widgets
+from heatlens.studio.ui.seek import is_highlighted
 
 _OWN = "own"
 _AS_FILE, _SQUARE = "as the file says", "square pixels"
 _OWN_SQUEEZE_START = 1.6
-_OWN_ASPECT_START = 2.0  # first aspect ratio, width over height, of an own matte
+_OWN_ASPECT_START = 2.0  # first aspect ratio, width over height, of an own mask
+_GUIDE_ROWS = (
+    *("frame mask", "own aspect", "opacity", "safe areas", "thirds", "centre cross", "framing"),
+    *("desqueeze", "own desqueeze", "Guides"),
+)
+_PEAKING_ROWS = ("show", "colour", "contrast", "up to")
 _LINES = (("safe_areas", "safe areas"), ("thirds", "thirds"), ("centre", "centre cross"))
 
 
-def guides_panel(view: ViewState, squeeze: float, say: Callable[[str], None]) -> ViewState:
-    """Draw the panel; return the view as the user left it. `squeeze` is that of the lens."""
-    imgui.separator_text("Matte and lines")
-    guides = _matte_rows(view.guides, say)
+def guides_rows(view: ViewState, squeeze: float, say: Callable[[str], None]) -> ViewState:
+    """Draw the fold; return the view as the user left it. `squeeze` is that of the lens."""
+    guides = view.guides
+    if not widgets.folded_header("Frame masks and guides", _GUIDE_ROWS):
+        return view
+    guides = _mask_rows(guides, say)
     for field, words in _LINES:
         changes: Values = {field: widgets.check(words, bool(getattr(guides, field)))}
         guides = replace(guides, **changes)
-    guides = _framing_row(guides)
-    imgui.separator_text("Anamorphic")
-    guides = _desqueeze_rows(guides, squeeze, say)
-    imgui.separator_text("Focus peaking")
-    return _peaking_rows(replace(view, guides=guides))
+    guides = _desqueeze_rows(_framing_row(guides), squeeze, say)
+    return replace(view, guides=guides)
 
 
 def _framing_row(guides: Guides) -> Guides:
@@ -56,14 +61,14 @@ def _framing_row(guides: Guides) -> Guides:
     return guides
 
 
-def _matte_rows(guides: Guides, say: Callable[[str], None]) -> Guides:
-    """Draw the choice of the matte, its own aspect ratio and its opacity."""
+def _mask_rows(guides: Guides, say: Callable[[str], None]) -> Guides:
+    """Draw the choice of the frame mask, its own aspect ratio and its opacity."""
     names: dict[float | None, str] = {None: "none"}
     names |= {aspect: name for name, aspect in MATTES.items()}
     aspect_now, is_own = guides.aspect, guides.aspect not in names
     names |= {aspect_now if is_own else _OWN_ASPECT_START: _OWN}
     tip = "Darkens what another aspect ratio would cut off."
-    picked_aspect = widgets.pick("matte", aspect_now, names, tip)
+    picked_aspect = widgets.pick("frame mask", aspect_now, names, tip)
     if picked_aspect != aspect_now or aspect_now is None:
         return replace(guides, aspect=picked_aspect)
     if is_own:
@@ -108,17 +113,19 @@ def _desqueeze_rows(guides: Guides, squeeze: float, say: Callable[[str], None]) 
     return replace(guides, desqueeze=desqueeze)
 
 
-def _peaking_rows(view: ViewState) -> ViewState:
-    """Draw the settings of focus peaking."""
+def peaking_rows(view: ViewState) -> ViewState:
+    """Draw the switch of focus peaking, and its settings while it is on or sought."""
+    view = replace(view, is_peaking=widgets.check("focus peaking", view.is_peaking))
+    if not (view.is_peaking or any(is_highlighted(it, scrolls=False) for it in _PEAKING_ROWS)):
+        return view
     peaking = view.peaking
-    view = replace(view, is_peaking=widgets.check("colour what is in focus", view.is_peaking))
-    tip = "Colour the visible edges of objects in focus, or everything whose distance is in focus."
-    source = widgets.pick_one("colours", peaking.on, tip)
-    color = widgets.choice("in", peaking.color, list(PEAKING_COLORS))
+    tip = "The visible edges of objects in focus, or everything whose distance is in focus."
+    source = widgets.pick_one("show", peaking.on, tip)
+    color = widgets.choice("colour", peaking.color, list(PEAKING_COLORS))
     stops = peaking.stops
     if source is PeakingOn.PICTURE:
         tip = "Edges of at least this contrast are coloured: a lower value finds more."
         stops = widgets.slider("contrast", stops, *STOPS_RANGE, "%.2f stops", tip)
     tip = "How large a blur still counts as in focus, in acceptable circles of confusion."
-    blur = widgets.slider("blur up to", peaking.blur, *BLUR_RANGE, "%.2f", tip)
+    blur = widgets.slider("up to", peaking.blur, *BLUR_RANGE, "%.2f x sharp", tip)
     return replace(view, peaking=Peaking(source, stops, blur, color))

@@ -60,10 +60,17 @@ class LensFacts:
 
 # Film back, model and sharpness are folded at first, so that the kit and the opening are visible in
 # a window of 1280 x 800.
-def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
-    """Draw the controls of the lens; return the lens as the user left it."""
+def lens_panel(
+    lens: Lens, facts: LensFacts, say: Say, draw_mark_buttons: Callable[[], None] = lambda: None
+) -> Lens:
+    """Draw the controls of the lens; return the lens as the user left it.
+
+    `draw_mark_buttons` draws the buttons under the focus, which set a mark and pull to one.
+    """
     with report_errors(say):  # a change that gives an impossible lens is discarded
         new_lens = _focus_rows(lens, facts, say)
+        if facts.histogram is not None:
+            draw_mark_buttons()
         with _trial_color(LensParameter.F_STOP, facts), texts.colored(theme.colors.live, _KNOB):
             new_lens = _aperture_rows(new_lens, facts, say)
         with _trial_color(LensParameter.FOCAL_LENGTH, facts):

@@ -159,36 +159,24 @@ def _look_buttons(facts: Facts, desk: PictureDesk, look: Look) -> None:
     view = facts.view
     is_compared = is_look_b(view)
     tip = "Show this look on the left of the wipe"
-    if _toggle_button(
+    if widgets.toggle_button(
         "wipe left", f"left {look.name}", is_compared and view.a_look == look.name, tip
     ):
         desk.looks.compare_as_a(look)
     imgui.same_line(0.0, 4.0)
     tip = "Show this look on the right of the wipe"
-    if _toggle_button(
+    if widgets.toggle_button(
         "wipe right", f"wipe {look.name}", is_compared and view.b_look == look.name, tip
     ):
         desk.looks.compare(look)
     if len(facts.shot.looks) > GRID_MOST:
         is_in_grid = look.name in grid_names(view, facts.shot)
-        if _toggle_button("grid", f"in grid {look.name}", is_in_grid, "Show this look in the grid"):
+        tip = "Show this look in the grid"
+        if widgets.toggle_button("grid", f"in grid {look.name}", is_in_grid, tip):
             desk.looks.toggle_in_grid(look)
     imgui.same_line(0.0, 4.0)
     if widgets.button("x", f"delete look {look.name}", "Forget this look"):
         desk.looks.delete(look)
-
-
-def _toggle_button(words: str, name: str, is_on: bool, tip: str) -> bool:
-    """Draw a toggle button, highlighted while on; return True if it was pressed."""
-    if is_on:
-        imgui.push_style_color(imgui.Col_.button, theme.colors.handle)
-        imgui.push_style_color(imgui.Col_.button_hovered, theme.colors.handle)
-        imgui.push_style_color(imgui.Col_.text, theme.colors.on_accent)
-    is_pressed = widgets.button(words, name)
-    if is_on:
-        imgui.pop_style_color(3)
-    texts.tooltip(tip)
-    return is_pressed
 
 
 def _still_button(texture: Texture | None) -> bool:

@@ -38,19 +38,24 @@ _STOP_TIP = "Ends the following; the focus stays as it is at this frame."
 _TRACK_TIP = "Keeps the mark on the surface that is at its point now, at all frames."
 _PLACE_TIP = "Keeps the mark at the place in the world that is at its point now."
 _CORRECT_TIP = "Ctrl+Shift+click then tells where the surface is at this frame."
+_PULL_TIP = "Pulls the focus from here to a mark (Shift+M)."
 _GO_ON_TIP = "Shift+Enter: goes to the end of the pull, where the next one begins."
 _PART_TIP = "The part of the object that is measured: its middle, or its nearest part."
 
 
-def marks_panel(desk: TimeDesk, unit: str, ui: UiState) -> None:
-    """Draw the Marks panel in the current window; distances are shown in `unit`."""
+def mark_buttons(desk: TimeDesk, ui: UiState) -> None:
+    """Draw the buttons that set a mark and pull to one."""
     tip = "At the distance in focus (M). Ctrl+Shift+click in the picture marks what is there."
     if widgets.button("Set mark here", "set mark", tip):
         desk.marks.set_here()
     imgui.same_line()
-    with widgets.disabled(not desk.editing.shot.marks):
-        if widgets.button("Pull focus...", "open pull"):
-            ui.open_pull()
+    if widgets.button("Pull focus...", "open pull", _PULL_TIP):
+        ui.open_pull()
+
+
+def marks_panel(desk: TimeDesk, unit: str, ui: UiState) -> None:
+    """Draw the list of marks in the current window; distances are shown in `unit`."""
+    mark_buttons(desk, ui)
     em = imgui.get_font_size()
     free_em = imgui.get_content_region_avail().x / em - _ROW_EM
     name_em = min(max(free_em, _MIN_NAME_EM), _NAME_EM)
@@ -173,7 +178,6 @@ def _track_button(desk: TimeDesk, mark: PointMark | TrackMark) -> None:
 
 def _close_focus_row(desk: TimeDesk, unit: str) -> None:
     """Draw the field of the closest focus of the lens."""
-    imgui.separator_text("Barrel")
     widgets.label("close focus", "The closest focus of the lens; frames focused nearer are red.")
     lens, limit_m = desk.editing.lens, desk.editing.lens.close_focus_m
     limit_text = "" if limit_m is None else measured_text(lens, limit_m, unit)

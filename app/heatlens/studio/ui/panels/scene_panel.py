@@ -1,4 +1,4 @@
-"""Draw the Scene panel: cameras, clips, camera keys, picture size and objects."""
+"""Draw what the Source panel shows of a scene: cameras, clips, camera keys, size, objects."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ _CLIP_TIP = (
     "The animation to play. The shot's frames become those in which something moves. The file is "
     "read again."
 )
-_MIN_LINES = 3  # smallest height of the list of objects
+_LINES_MOST = 10  # largest height of the list of objects
 _UP_TIP = "The up axis, which the file does not define."
 _UNIT_TIP = "The length of one unit, which the file does not define. The focus scales with it."
 _UNITS = {1.0: "m", 0.01: "cm", 0.001: "mm", 0.3048: "ft", 0.0254: "in"}
@@ -28,7 +28,7 @@ _SIZES = ((640, 360), (1280, 720), (1920, 1080))
 
 
 def scene_panel(desk: TimeDesk) -> None:
-    """Draw the Scene panel in the current window; a scene must be open."""
+    """Draw the rows in the current window; a scene must be open."""
     scenes, scene = desk.scenes, desk.scenes.scene
     assert scene is not None
     _camera_row(desk)
@@ -61,12 +61,9 @@ def scene_panel(desk: TimeDesk) -> None:
 
 
 def _list_height(count: int) -> float:
-    """Return the height of the list in screen units: all objects, or as many as fit."""
-    line, style = imgui.get_text_line_height_with_spacing(), imgui.get_style()
-    height_below = imgui.get_frame_height_with_spacing() + line + style.item_spacing.y
-    fitting_lines = (imgui.get_content_region_avail().y - height_below) / line
-    lines = max(min(count, fitting_lines), _MIN_LINES)
-    return float(lines * line + style.frame_padding.y)
+    """Return the height of the list in screen units: all objects, or `_LINES_MOST` of them."""
+    line, padding = imgui.get_text_line_height_with_spacing(), imgui.get_style().frame_padding.y
+    return float(min(count, _LINES_MOST) * line + padding)
 
 
 def _object_row(name: str, index: int, is_selected: bool) -> bool:

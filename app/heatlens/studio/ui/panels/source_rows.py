@@ -1,4 +1,4 @@
-"""Draw the rows of the Plate panel for background pictures and mattes.
+"""Draw the rows of a plate's background pictures, and those of its mattes.
 
 Background pictures show what the foreground of a plate hides. Mattes name objects of the plate; a
 click on an object can choose its matte.
@@ -43,7 +43,7 @@ def behind_rows(
     kept_files = tuple(text for text in files if not _behind_row(text, reports.get(text)))
     texts.colored_text(problem, theme.colors.bad)
     probe.note("behind problem")
-    if widgets.button("Add a picture behind...", "Add a picture behind", width=-1):
+    if widgets.button("Add clean plate...", "Add clean plate", width=-1):
         ask_behind()
     return kept_files
 
@@ -71,15 +71,17 @@ _TIPS = {
 def matte_rows(
     options: PlateOptions, say: Callable[[str], None], pick_matte: Callable[[str], None]
 ) -> PlateOptions:
-    """Draw the rows; return the options as the user left them.
+    """Draw the fold of what a matte keeps sharp or blurs; return the options as the user left them.
 
     `pick_matte` is called with the name of the field whose matte the next click chooses.
     """
-    imgui.separator_text("Things, by their mattes")
+    words_by_field = {field: options_of(PlateOptions)[field].words for field in _TIPS}
+    if not widgets.folded_header("Mattes for the blur", tuple(words_by_field.values())):
+        return options
     style = imgui.get_style()
     button_px = imgui.calc_text_size("pick").x + 2 * style.frame_padding.x + style.item_spacing.x
     for field, tip in _TIPS.items():
-        words, text = options_of(PlateOptions)[field].words, getattr(options, field)
+        words, text = words_by_field[field], getattr(options, field)
         widgets.label(words, tip)
         imgui.set_next_item_width(-button_px)
         typed_matte = widgets.text_field(words, text or "", text, widgets.optional(str.strip), say)

@@ -1,4 +1,7 @@
-"""Draw the Plate panel: how the depth was read and why, and controls to read it differently."""
+"""Draw what the Source panel shows of a plate: how its depth was read and why, and other readings.
+
+A scene has the depth of its picture, which is read in one way only.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -20,7 +23,7 @@ from heatlens.media.plate.header.entries import FOR_THE_EYE
 from heatlens.media.plate.plate import CameraHeader, Plate
 from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.panels.depth_scale import draw_histogram, draw_scale
-from heatlens.studio.ui.panels.plate_rows import behind_rows, matte_rows
+from heatlens.studio.ui.panels.source_rows import behind_rows
 
 _BAR_EM = 4.2
 _BY_NAME = "found by name"
@@ -52,19 +55,14 @@ class PlateFacts:
 
 
 def plate_panel(
-    options: PlateOptions,
-    facts: PlateFacts,
-    say: Say,
-    ask_behind: Callable[[], None],
-    pick_matte: Callable[[str], None],
+    options: PlateOptions, facts: PlateFacts, say: Say, ask_behind: Callable[[], None]
 ) -> PlateOptions:
     """Draw the panel; return the options for reading the plate, as the user left them.
 
-    `ask_behind` opens the dialog for another background picture. `pick_matte` lets the next click
-    choose the matte of an option.
+    `ask_behind` opens the dialog for another background picture.
     """
     is_behind_problem = replace(options, behind=facts.read_options.behind) == facts.read_options
-    _depth_rows(facts)
+    depth_rows(facts)
     imgui.separator_text("Read as")
     options = _reading_rows(options, facts, say)
     if not is_behind_problem:
@@ -80,15 +78,14 @@ def plate_panel(
         options.behind, reports, facts.problem if is_behind_problem else "", ask_behind
     )
     neighbours = widgets.pick("neighbours", options.neighbours, _NEIGHBOURS, _NEIGHBOURS_TIP)
-    options = matte_rows(replace(options, behind=behind, neighbours=neighbours), say, pick_matte)
-    _file_rows(facts)
-    return options
+    file_rows(facts)
+    return replace(options, behind=behind, neighbours=neighbours)
 
 
 # What was read
 
 
-def _depth_rows(facts: PlateFacts) -> None:
+def depth_rows(facts: PlateFacts) -> None:
     """Draw the histogram, the range of distances, and how and why the depth was read."""
     imgui.separator_text("Depth")
     report, rows = facts.plate.depth, []
@@ -129,7 +126,7 @@ def _draw_histogram_bar(histogram: DepthHistogram, facts: PlateFacts) -> None:
         draw.add_line(ImVec2(x, corner.y - 2), ImVec2(x, text_y), theme.colors.handle, 2.0)
 
 
-def _file_rows(facts: PlateFacts) -> None:
+def file_rows(facts: PlateFacts) -> None:
     """Draw the file's name, size, header, channels and notes."""
     plate, unit = facts.plate, facts.unit
     imgui.separator_text("File")
@@ -208,7 +205,7 @@ def _reading_rows(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOp
         options, color_layer=_name_choice("colour layer", options.color_layer, layers)
     )
     tip = "Removes single pixels far brighter than their neighbours, a fault of path tracers."
-    despike = widgets.check("take out bright grains", options.despike, tip=tip)
+    despike = widgets.check("remove fireflies", options.despike, tip=tip)
     options = replace(options, despike=despike)
     if plate.attributes.get(FOR_THE_EYE):
         options = _highlights_row(options)
