@@ -29,11 +29,12 @@ ALLOWED = {
     "ui/keys_window.py": {"Keys": "the title of the window that the command opens"},
     "ui/layout.py": {"Picture alone": BUTTON, "Open...": PLACE},
     "ui/screen.py": {"Fit": PLACE},
-    "ui/panels/guides_panel.py": {"Focus peaking": BUTTON},
     "ui/panels/looks_panel.py": {"Keep this look": BUTTON},
     "ui/panels/marks_panel.py": {"Set mark here": BUTTON, "Pull focus...": BUTTON},
     "ui/panels/source_panel.py": {"Depth": HEADING},
     "ui/panels/source_rows.py": {"Add clean plate...": BUTTON},
+    "ui/panels/rendering_panel.py": {"Speed": HEADING},
+    "ui/setting_places.py": {"Speed": "the name of a panel of earlier versions"},
     "ui/panels/scene_panel.py": {"Set camera key": BUTTON},
     "ui/timeline/panel.py": {"Set key": BUTTON},
     "web/index.html": {

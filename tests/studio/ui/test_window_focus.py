@@ -148,7 +148,7 @@ def test_wheel_over_the_focus_bar_or_its_field_nudges_focus(gui):
 def test_wheel_over_the_lens_panel_scrolls_it(gui):
     before, panel = gui.session.facts.shot, imgui.internal.find_window_by_name("Lens")
     gui.unfolded("Rendering", "method")
-    gui.unfolded("Opening", "blades")
+    gui.unfolded("opening", "blades")
     assert panel.scroll_max.y > 0
     position = gui.middle("f-stop field")
     gui.wheel(position, -3)

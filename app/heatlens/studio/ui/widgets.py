@@ -20,7 +20,6 @@ Member = TypeVar("Member", bound=Enum)
 
 LABEL_EM = 6.6  # width of the column of labels
 _DRAGGING, _TYPING_BEGINS, _TYPING = 0, 1, 2  # how a number is edited at the moment
-_SEGMENT_GAP = 2.0  # between the buttons of one choice, in screen units
 VALUE_EM = 5.2  # width of the column of values beside sliders
 
 
@@ -189,41 +188,6 @@ def check(words: str, value: bool, name: str = "", tip: str = "") -> bool:
     probe.note(name or words)
     tooltip(tip)
     return bool(value)
-
-
-def toggle_button(words: str, name: str, is_on: bool, tip: str = "", width: float = 0.0) -> bool:
-    """Draw a button, highlighted while it is on, see `button`; return True if it was pressed."""
-    if is_on:
-        knob = imgui.get_style_color_vec4(imgui.Col_.check_mark)
-        imgui.push_style_color(imgui.Col_.button, knob)
-        imgui.push_style_color(imgui.Col_.button_hovered, knob)
-        imgui.push_style_color(imgui.Col_.text, theme.colors.on_accent)
-    is_pressed = button(words, name, width=width)
-    if is_on:
-        imgui.pop_style_color(3)
-    tooltip(tip)
-    return is_pressed
-
-
-def segments(name: str, value: Key, words: Mapping[Key, str], per_row: int, tip: str = "") -> Key:
-    """Draw a button for each value, in rows of `per_row`; return the value that was pressed."""
-    label(name, tip)
-    left, free_width = imgui.get_cursor_pos_x(), imgui.get_content_region_avail().x
-    text_widths = [imgui.calc_text_size(text).x for text in words.values()]
-    columns = [max(text_widths[column::per_row]) for column in range(per_row)]
-    padding = (free_width - sum(columns) - _SEGMENT_GAP * (per_row - 1)) / per_row
-    chosen = value
-    for index, (key, text) in enumerate(words.items()):
-        column = index % per_row
-        x = left + sum(columns[:column]) + column * (padding + _SEGMENT_GAP)
-        if column:
-            imgui.same_line(x)
-        else:
-            imgui.set_cursor_pos_x(x)
-        width = columns[column] + padding
-        if toggle_button(f"{text}##{name}", f"{name} {text}", key == value, width=width):
-            chosen = key
-    return chosen
 
 
 def typed_text(name: str, value: str) -> str:

@@ -10,6 +10,7 @@ from heatlens.core.model.view.view import GAIN_LEAST, GAIN_MOST, Against, Compar
 from heatlens.render.display.color_choice import ColorChoice
 from heatlens.studio.ui import widgets
 from heatlens.studio.ui.panels.guides_panel import guides_rows, peaking_rows
+from heatlens.studio.ui.segments import segments
 
 _COMPARE_NAMES: Mapping[Compare, str] = {
     Compare.OFF: "off",
@@ -40,11 +41,11 @@ def display_panel(
     widgets.spacer()
     overlay_names = {name: overlay.label for name, overlay in overlays_by_name().items()}
     tip = "Drawn over the picture, with a legend."
-    overlay = widgets.segments("overlay", view.overlay, overlay_names, 3, tip)
+    overlay = segments("overlay", view.overlay, overlay_names, 3, tip)
     view = peaking_rows(replace(view, overlay=overlay))
     widgets.spacer()
     tip = "A beside B, B alone, or how they differ."
-    compare = widgets.segments("compare", view.compare, _COMPARE_NAMES, 4, tip)
+    compare = segments("compare", view.compare, _COMPARE_NAMES, 4, tip)
     view = _compare_rows(replace(view, compare=compare), reference, has_many_views, say)
     return guides_rows(view, squeeze, say)
 

@@ -101,21 +101,35 @@ def export_panel(
     imgui.text_disabled(printable(place.job_name(output) if place.is_job else Path(output).name))
     if state is not None and _draw_progress(state):
         pressed = PressedButton.CANCEL
-    is_elsewhere = place.where is not Where.HERE
-    if widgets.folded_header("Farm", _FARM_ROWS, is_elsewhere or awaits_consent):
-        settings = replace(settings, place=_place_rows(place, workers, say))
-        if _agree_button(awaits_consent and settings.place.where is Where.CLUSTER):
-            pressed = PressedButton.AGREE
-    imgui.separator_text("Lens as a camera")
-    settings = replace(
-        settings, camera_kind=widgets.choice("for", settings.camera_kind, list(CAMERA_KINDS))
+    place, is_agreed = _farm_rows(place, workers, say, awaits_consent)
+    settings, pressed = (
+        replace(settings, place=place),
+        PressedButton.AGREE if is_agreed else pressed,
     )
+    settings, is_camera_pressed = _camera_rows(settings, is_busy)
+    return settings, PressedButton.CAMERA if is_camera_pressed else pressed
+
+
+def _camera_rows(settings: ExportSettings, is_busy: bool) -> tuple[ExportSettings, bool]:
+    """Draw the kind of camera file; return the settings, and whether its button was pressed."""
+    imgui.separator_text("Lens as a camera")
+    kind = widgets.choice("for", settings.camera_kind, list(CAMERA_KINDS))
+    settings = replace(settings, camera_kind=kind)
     with widgets.disabled(is_busy or not settings.name or not settings.folder):
-        if widgets.button("Write camera", "Write camera"):
-            pressed = PressedButton.CAMERA
+        is_pressed = widgets.button("Write camera", "Write camera")
     imgui.same_line()
     imgui.text_disabled(printable(Path(settings.camera_output).name))
-    return settings, pressed
+    return settings, is_pressed
+
+
+def _farm_rows(
+    place: ExportPlace, workers: str, say: Callable[[str], None], awaits_consent: bool
+) -> tuple[ExportPlace, bool]:
+    """Draw the fold of who makes the frames; return the place, and whether the user agreed."""
+    if not widgets.folded_header("Farm", _FARM_ROWS, place.where is not Where.HERE):
+        return place, False
+    place = _place_rows(place, workers, say)
+    return place, _agree_button(awaits_consent and place.where is Where.CLUSTER)
 
 
 def _place_rows(place: ExportPlace, workers: str, say: Callable[[str], None]) -> ExportPlace:

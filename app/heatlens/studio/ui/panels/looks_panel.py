@@ -19,6 +19,7 @@ from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 from heatlens.studio.ui.picture.picture_alone import PictureAlone
+from heatlens.studio.ui.segments import toggle_button
 
 _STILL_PX = 256, 144
 _STILL_EM = 9.6, 5.4
@@ -159,20 +160,20 @@ def _look_buttons(facts: Facts, desk: PictureDesk, look: Look) -> None:
     view = facts.view
     is_compared = is_look_b(view)
     tip = "Show this look on the left of the wipe"
-    if widgets.toggle_button(
+    if toggle_button(
         "wipe left", f"left {look.name}", is_compared and view.a_look == look.name, tip
     ):
         desk.looks.compare_as_a(look)
     imgui.same_line(0.0, 4.0)
     tip = "Show this look on the right of the wipe"
-    if widgets.toggle_button(
+    if toggle_button(
         "wipe right", f"wipe {look.name}", is_compared and view.b_look == look.name, tip
     ):
         desk.looks.compare(look)
     if len(facts.shot.looks) > GRID_MOST:
         is_in_grid = look.name in grid_names(view, facts.shot)
         tip = "Show this look in the grid"
-        if widgets.toggle_button("grid", f"in grid {look.name}", is_in_grid, tip):
+        if toggle_button("grid", f"in grid {look.name}", is_in_grid, tip):
             desk.looks.toggle_in_grid(look)
     imgui.same_line(0.0, 4.0)
     if widgets.button("x", f"delete look {look.name}", "Forget this look"):
