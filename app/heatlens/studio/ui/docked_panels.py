@@ -77,7 +77,7 @@ class DockedPanels:
             "Display": self._draw_display,
             "Export": self._draw_export,
             "Source": self._draw_source,
-            "Reel": partial(reel_panel, self._ui.files.reel, self._facts.unit, self._reel_stills),
+            "Reel": partial(reel_panel, self._ui.files, self._facts.unit, self._reel_stills),
             "Timeline": partial(timeline_panel, self._time, self._ui.timeline, self._facts.unit),
         }
         for name, draw in panels.items():
