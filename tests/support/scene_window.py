@@ -36,5 +36,5 @@ def wait_for_whole_picture(gui: Gui) -> None:
 
 def picture_center(gui: Gui) -> tuple[float, float]:
     """Return the window position of the picture's middle."""
-    shape = gui.session.facts.picture_shape
+    shape = gui.session.facts.shape
     return gui.at_picture(shape.width_px / 2, shape.height_px / 2)

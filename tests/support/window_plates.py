@@ -30,7 +30,7 @@ def display_bytes(
 def screen_region(gui: Gui, zoom: int = 1) -> np.ndarray:
     """Return the screen pixels (H, W, 3) of the picture's display window as bytes."""
     x, y = gui.session.pictures.view.geometry.origin
-    shape = gui.session.facts.picture_shape
+    shape = gui.session.facts.shape
     assert (x, y) == (int(x), int(y))
     height, width = shape.height_px * zoom, shape.width_px * zoom
     pixels = gui.screenshot()[int(y) : int(y) + height, int(x) : int(x) + width]

@@ -1,6 +1,7 @@
 """The board alone drives a session: values and JSON in, plain values out, no window anywhere."""
 
 import json
+from dataclasses import fields
 
 import pytest
 from hypothesis import given
@@ -19,6 +20,7 @@ from heatlens.studio.board.requests import (
     Save,
     TakeLook,
 )
+from heatlens.studio.board.state import State
 from support.evening import begin_session, run_loop_once, run_until_settled, write_plates
 
 
@@ -81,6 +83,26 @@ def test_board_runs_named_commands_and_reports_their_state(board):
     assert commands(board)["Depth of field"].is_on
     board.do("Depth of field")
     assert not commands(board)["Depth of field"].is_on and not board.state().view.depth_of_field
+
+
+def test_state_has_the_values_of_the_facts_that_panels_show(session, board):
+    board.do(FocusAt(1, 1))
+    board.do("Set mark here")
+    state, facts = board.state(), session.facts
+    names = [field.name for field in fields(State) if field.name in vars(type(facts))]
+    assert len(names) > 15
+    for name in set(names) - {"recording", "keyed_focus_m"}:  # a word; without a lens, None
+        assert getattr(state, name) == getattr(facts, name), name
+    assert state.recording == facts.recording.name.lower()
+
+
+def test_command_that_is_as_before_keeps_the_object_of_its_state(board):
+    before = commands(board)
+    board.do("Auto key")
+    after = commands(board)
+    changed = {name for name, state in after.items() if state is not before[name]}
+    assert "Auto key" in changed and after["Auto key"].is_on is not before["Auto key"].is_on
+    assert all(after[name] != before[name] for name in changed)
 
 
 def test_board_answer_in_json_agrees_with_state_values(board):

@@ -29,7 +29,7 @@ def listening(stream, tmp_path):
 
 def test_session_waits_for_a_stream_and_shows_its_frames(listening, stream):
     assert listening.facts.is_waiting and listening.facts.stream is stream
-    assert listening.facts.picture_shape.width_px == 1
+    assert listening.facts.shape.width_px == 1
     send_image(stream._server, "one", picture())
     run_until(listening, lambda: listening.facts.plate is not None, "the frame")
     assert stream.is_shown and not listening.facts.is_waiting

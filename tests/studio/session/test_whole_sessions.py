@@ -225,7 +225,7 @@ def test_session_facts_agree_with_the_parts_of_the_session(session):
     )
     assert facts.reference is None is facts.stream and facts.opening == ""
     assert facts.is_live_alone and not facts.plays_kept_frames and not facts.has_camera
-    assert (facts.picture_shape.width_px, facts.picture_shape.height_px) == (48, 32)
+    assert (facts.shape.width_px, facts.shape.height_px) == (48, 32)
     data, display = facts.windows()
     assert data == display == facts.plate.display_window
     assert facts.frame_px(LEFT) == LEFT == facts.plate_px(LEFT)

@@ -113,7 +113,7 @@ def test_zoomed_out_view_shows_pixel_means(gui, other_renderer):
     """At a quarter of the size the mipmaps show means of 4 x 4 pixels."""
     gui.session.pictures.view.state = replace(gui.session.facts.view, zoom=0.25)
     gui.frame(3)
-    shape = gui.session.facts.picture_shape
+    shape = gui.session.facts.shape
     x, y = (int(c) for c in gui.session.pictures.view.geometry.origin)
     small = gui.screenshot()[y : y + HEIGHT // 4, x : x + WIDTH // 4].astype(float)
     assert (shape.width_px, shape.height_px) == (WIDTH, HEIGHT)

@@ -153,7 +153,7 @@ def off_origin(gui, tmp_path) -> Gui:
 def test_data_window_is_drawn_at_its_place_in_the_display_window(off_origin, other_renderer):
     gui = off_origin
     assert_shows_renderers_picture(gui, other_renderer)
-    assert gui.session.facts.picture_shape.width_px == 80
+    assert gui.session.facts.shape.width_px == 80
     gui.do("Depth of field")
     gui.frame()
     x, y = (int(c) for c in gui.session.pictures.view.geometry.origin)
@@ -274,4 +274,4 @@ def test_plate_too_large_for_the_gpu_is_reported_and_the_last_stays(gui, tmp_pat
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     assert gui.session.facts.lens.focus_distance_m == pytest.approx(0.9)
     gui.open(path)
-    assert gui.session.facts.picture_shape.width_px == 128
+    assert gui.session.facts.shape.width_px == 128

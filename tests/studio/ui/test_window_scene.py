@@ -86,7 +86,7 @@ def test_small_preview_of_a_moving_scene_keeps_its_size_on_screen(scene_gui, mon
     session.editing.do(replace(session.facts.shot, framing=large))
     session.pictures.view.state = replace(session.facts.view, zoom=1.0)
     wait_for_whole_picture(scene_gui)
-    shape, before = session.facts.picture_shape, session.pictures.view.geometry
+    shape, before = session.facts.shape, session.pictures.view.geometry
     monkeypatch.setattr("heatlens.studio.session.opened.scene_preview._BUDGET_S", 0.0)
     monkeypatch.setattr("heatlens.studio.session.opened.scene_preview._REST_S", 60.0)
     scene_gui.press(picture_center(scene_gui), RIGHT)
@@ -94,7 +94,7 @@ def test_small_preview_of_a_moving_scene_keeps_its_size_on_screen(scene_gui, mon
     scene_gui.move((x + 20.0, y))
     scene_gui.frame()
     assert session.source.plate.display_window.width < 960  # it is drawn small ...
-    assert (session.facts.picture_shape, session.pictures.view.geometry) == (
+    assert (session.facts.shape, session.pictures.view.geometry) == (
         shape,
         before,
     )  # and seen large

@@ -25,7 +25,7 @@ from heatlens.studio.board.command import Command, in_menu_order
 from heatlens.studio.board.commands import named_commands
 from heatlens.studio.board.requests import Request
 from heatlens.studio.board.session import Session
-from heatlens.studio.board.state import State, state_of
+from heatlens.studio.board.state import CommandStates, State, state_of
 from heatlens.studio.board.state_json import StateJson
 from heatlens.studio.board.user_keys import problem_of_keys, read_user_keys, with_user_keys
 
@@ -55,6 +55,7 @@ class Board:
             session.messages.say(Lasting(problem))
         self._picture, self._picture_key = 0, object()
         self._named = {command.name: command for command in self.commands}
+        self._command_states = CommandStates(self.commands)
         self._state: State | None = None
         self._json = StateJson(self.remote_commands)
 
@@ -77,7 +78,7 @@ class Board:
         key = self._session.time.scheduler.picture_key
         self._picture += key != self._picture_key
         self._picture_key = key
-        state = state_of(self._session, self.commands, self._picture)
+        state = state_of(self._session.facts, self._command_states.present(), self._picture)
         if self._state is None or state != self._state:
             self._state = state
         return self._state

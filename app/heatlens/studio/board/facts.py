@@ -4,11 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from heatlens.core.base.messages import Messages
 from heatlens.core.model.boxes import Box
+from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.view.view_geometry import Pixel
-from heatlens.studio.board.desks import PictureDesk, TimeDesk
+from heatlens.studio.board.desks import FileDesk, PictureDesk, TimeDesk
 from heatlens.studio.session.opened.open_source import OpenSource
-from heatlens.studio.session.scenes.size_keeping import SizeKeeping
 from heatlens.studio.session.shot.editing import Editing
 
 Value = TypeVar("Value")
@@ -41,7 +42,8 @@ class Facts:
     _editing: Editing
     _pictures: PictureDesk
     _time: TimeDesk
-    _size: SizeKeeping
+    _files: FileDesk
+    _messages: Messages
 
     shot = _Fact(lambda facts: facts._editing.shot)
     seen_shot = _Fact(lambda facts: facts._editing.seen_shot)
@@ -50,8 +52,21 @@ class Facts:
     frame = _Fact(lambda facts: facts._editing.frame)
     view = _Fact(lambda facts: facts._pictures.view.state)
     unit = _Fact(lambda facts: facts.view.unit)
-    crop = _Fact(lambda facts: facts._size.crop)
+    crop = _Fact(lambda facts: facts._time.scenes.size.crop)
     beats_left = _Fact(lambda facts: facts._time.recording.beats_left)
+
+    # The document, and the sentence in the status bar, or "".
+    title = _Fact(lambda facts: facts._files.documents.window_title)
+    message = _Fact(lambda facts: facts._messages.text)
+    is_problem = _Fact(lambda facts: facts._messages.is_problem)
+
+    # The frames that are played, the direction (1, -1 backwards, 0 at rest), the timecode or None.
+    played = _Fact(lambda facts: facts._time.timeline.played)
+    direction = _Fact(lambda facts: facts._time.timeline.playback.direction)
+    timecode = _Fact(lambda facts: facts._time.timeline.timecode)
+    # The stage of the recording of a pull, and the number of its keys.
+    recording = _Fact(lambda facts: facts._time.recording.state)
+    recorded_keys = _Fact(lambda facts: facts._time.recording.key_count)
 
     # What is open: a camera that can move, a lens with many points to look from, a frame that has
     # no file and is shown black, a stream that waits for its first picture.
@@ -68,7 +83,7 @@ class Facts:
     plate_version = _Fact(lambda facts: facts._source.picture.version)
     histogram = _Fact(lambda facts: facts._source.picture.histogram)
     # The shape of the display window; one pixel while nothing is open.
-    picture_shape = _Fact(lambda facts: facts._source.picture_shape(facts.shot))
+    shape = _Fact(lambda facts: facts._source.picture_shape(facts.shot))
 
     # The picture through the lens: the one to show, whether it is the live one alone or kept frames
     # play, and how much of it is rendered, 0 to 1; None once it is complete.
@@ -77,11 +92,24 @@ class Facts:
     is_live_alone = _Fact(
         lambda facts: facts._pictures.view.is_lens_alone and not facts.plays_kept_frames
     )
-    rendered_share = _Fact(
+    part_done = _Fact(
         lambda facts: None if facts.plays_kept_frames else facts._pictures.live.rendered_share
+    )
+    is_whole = _Fact(
+        lambda facts: (
+            facts.shown_picture is not None
+            and facts.shown_picture.is_whole
+            and not facts._time.scheduler.is_rendering
+        )
     )
     # The picture to show as B, or None.
     reference = _Fact(lambda facts: facts._pictures.references.current)
+
+    @property
+    def mark_distances_m(self) -> tuple[tuple[Mark, float | None], ...]:
+        """The marks with their distances at this frame in m, None where one is not seen."""
+        distances = self._time.marks.distances
+        return tuple((mark, distances.distance_m(mark)) for mark in self.shot.marks)
 
     @property
     def marks_m(self) -> tuple[tuple[str, float], ...]:

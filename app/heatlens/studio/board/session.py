@@ -134,7 +134,7 @@ class Session:
             *(shared, timeline, pictures, lens, self.scenes, speed, front_end.screen)
         )
         self.files = FileDesk(shared, pictures, timeline, frames_folder)
-        self.facts = Facts(source, editing, pictures, time, self.scenes.size)
+        self.facts = Facts(source, editing, pictures, time, self.files, self.messages)
         self._lost_surfaces = LostSurfaces(shared)
         # Polled in this order in each frame of the window.
         self.workers: tuple[Worker, ...] = (

@@ -12,7 +12,7 @@ from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.core.model.view.view import ViewState
 from heatlens.core.model.view.view_geometry import PictureShape
 from heatlens.studio.board.command import Command
-from heatlens.studio.board.session import Session
+from heatlens.studio.board.facts import Facts
 
 
 @dataclass(frozen=True)
@@ -105,51 +105,73 @@ class State:
     histogram: DepthHistogram | None = field(metadata={IS_OBJECT: True})
 
 
-def state_of(session: Session, commands: Sequence[Command], picture: int) -> State:
-    """Return the state of the session now, with these commands and the number of its picture."""
-    facts, timeline, seen = session.facts, session.time.timeline, session.facts.shown_picture
-    lens, shot, marks = _lens(session), facts.shot, session.time.marks
-    recording = session.time.recording
+class CommandStates:
+    """The states of commands; that of a command that is as before is the same object."""
+
+    def __init__(self, commands: Sequence[Command]) -> None:
+        """Take the commands whose states are asked for."""
+        self._commands = commands
+        self._states: list[CommandState] = []
+        self._changing = [
+            (index, command)
+            for index, command in enumerate(commands)
+            if command.is_on or command.barred or command.label
+        ]
+
+    def present(self) -> tuple[CommandState, ...]:
+        """Return the states now, in the order of the commands."""
+        if not self._states:
+            self._states = [_of_command(command) for command in self._commands]
+        for index, command in self._changing:
+            state = _of_command(command)
+            if state != self._states[index]:
+                self._states[index] = state
+        return tuple(self._states)
+
+
+def state_of(facts: Facts, commands: tuple[CommandState, ...], picture: int) -> State:
+    """Return the present facts, with the states of the commands and the number of the picture."""
+    lens, shot, seen = _possible_lens(facts), facts.shot, facts.shown_picture
     return State(
         source=shot.source or "",
-        opening=session.source.opener.opening or "",
-        title=session.files.documents.window_title,
-        message=session.messages.text,
-        is_problem=session.messages.is_problem,
+        opening=facts.opening,
+        title=facts.title,
+        message=facts.message,
+        is_problem=facts.is_problem,
         frame=facts.frame,
-        first=timeline.played.first,
-        last=timeline.played.last,
-        direction=timeline.playback.direction,
+        first=facts.played.first,
+        last=facts.played.last,
+        direction=facts.direction,
         lens=lens,
         near_m=None if lens is None else near_limit_m(lens),
         far_m=None if lens is None else far_limit_m(lens),
         blur=shot.defocus,
         view=facts.view,
-        marks=tuple(MarkState(mark.name, marks.distances.distance_m(mark)) for mark in shot.marks),
+        marks=tuple(MarkState(mark.name, at_m) for mark, at_m in facts.mark_distances_m),
         looks=shot.looks,
         size_px=None if seen is None else seen.texture.size,
-        is_whole=seen is not None and seen.is_whole and not session.time.scheduler.is_rendering,
+        is_whole=facts.is_whole,
         picture=picture,
-        commands=tuple(_of_command(command) for command in commands),
-        shape=facts.picture_shape,
+        commands=commands,
+        shape=facts.shape,
         offset_m=facts.lens.measuring_offset_m,
         hyperfocal_m=_hyperfocal_m(facts.lens),
         keyed_focus_m=None if lens is None else facts.keyed_focus_m,
         focus_keys=tuple(key.frame for key in shot.curves.focus_distance_m.keys),
         frames_per_second=shot.frames_per_second,
-        timecode=timeline.timecode,
-        recording=recording.state.name.lower(),
-        beats_left=recording.beats_left,
-        recorded_keys=recording.key_count,
+        timecode=facts.timecode,
+        recording=facts.recording.name.lower(),
+        beats_left=facts.beats_left,
+        recorded_keys=facts.recorded_keys,
         has_camera=facts.has_camera,
-        part_done=facts.rendered_share,
+        part_done=facts.part_done,
         histogram=facts.histogram,
     )
 
 
-def _lens(session: Session) -> Lens | None:
+def _possible_lens(facts: Facts) -> Lens | None:
     try:
-        return session.facts.lens if session.facts.has_lens else None
+        return facts.lens if facts.has_lens else None
     except HeatlensError:  # between two keys of a long lens and a near focus
         return None
 

@@ -151,11 +151,8 @@ class Tap:
     @property
     def _is_final(self) -> bool:
         """True if the picture is finished, and neither playback nor rendering will change it."""
-        session = self._session
-        picture = session.facts.shown_picture
-        is_playing = session.time.timeline.playback.direction != 0
-        is_rendering = session.time.scheduler.is_rendering
-        return picture is not None and picture.is_whole and not (is_playing or is_rendering)
+        facts = self._session.facts
+        return facts.is_whole and facts.direction == 0
 
     def _newest_picture(
         self, key: object, make_picture: Callable[[], DisplayedPicture | None]

@@ -222,12 +222,10 @@ class DockedPanels:
         imgui.separator_text("Plan")
         mark_distances = [
             (mark, distance_m)
-            for mark in facts.shot.marks
-            if (distance_m := marks.distances.distance_m(mark)) is not None
+            for mark, distance_m in facts.mark_distances_m
+            if distance_m is not None
         ]
-        plan = self._plan_drawer.plan(
-            plate, facts.lens, mark_distances, facts.picture_shape.width_px
-        )
+        plan = self._plan_drawer.plan(plate, facts.lens, mark_distances, facts.shape.width_px)
         moves = self._plan_panel.draw(plan, facts.lens, facts.unit)
         if moves.focus_m is not None:
             self._session.lens.commands.focus(moves.focus_m)

@@ -36,7 +36,7 @@ class FramePace:
         if not self._turn.is_pulse_due(_PULSE_S):
             return
         is_typing = imgui.get_io().want_text_input
-        is_filling = bool(self._session.facts.rendered_share)
+        is_filling = bool(self._session.facts.part_done)
         is_after_event = time.perf_counter() - self._event_s < _AFTER_EVENT_S
         if is_typing or is_filling or self._session.wants_frames or is_after_event:
             self._turn.draw_soon()

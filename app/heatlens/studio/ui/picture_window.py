@@ -116,7 +116,7 @@ class PictureWindow:
 
     def _draw_progress_line(self) -> None:
         """Draw the line under the picture that fills while the whole picture is rendered."""
-        share, viewport = self._facts.rendered_share, self.viewport.picture_view.viewport
+        share, viewport = self._facts.part_done, self.viewport.picture_view.viewport
         if share:
             (x, y), (width, height) = viewport.corner, viewport.size
             corner = ImVec2(x, y + height)

@@ -70,7 +70,7 @@ class Screen:
             *(facts, board, desk, lessons, self.ui, self._pictures, kept_screen),
             *(session.lens, is_keyboard_taken),
         )
-        self.status = StatusBar(facts, desk, session.messages, self.ui, kept_screen)
+        self.status = StatusBar(facts, desk, self.ui, kept_screen)
         self._panels = DockedPanels(session, board, self.ui, self._pictures)
 
     def _make_still(self) -> str | None:

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.core.base.messages import Messages
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.view.view import Against, Compare, ViewState
 from heatlens.deliver.farm.export_process import ExportRun, ExportState
@@ -119,11 +118,10 @@ class StatusBar:
         self,
         facts: Facts,
         desk: PictureDesk,
-        messages: Messages,
         ui: UiState,
         kept_screen: ScreenWork,
     ) -> None:
-        self._facts, self._desk, self._messages = facts, desk, messages
+        self._facts, self._desk = facts, desk
         self._ui, self._kept_screen = ui, kept_screen
         self._reader = PictureReader(desk.renderer.ctx)
 
@@ -159,19 +157,17 @@ class StatusBar:
     # the bar stays in it.
     def _draw_left(self, hovered_px: tuple[int, int] | None, end: float) -> None:
         """Draw the readout or a hint, and the message beside it; `end` is the right limit."""
-        message, left_words = self._messages, self._left_words(hovered_px)
+        message, left_words = self._facts.message, self._left_words(hovered_px)
         em = imgui.get_font_size()
         free_width = end - imgui.get_cursor_pos_x() - em
-        gap = 1.5 * em if left_words and message.text else 0.0
+        gap = 1.5 * em if left_words and message else 0.0
         message_width = (
-            min(text_width(message.text), _MAX_MESSAGE_SHARE * free_width)
-            if left_words
-            else free_width
+            min(text_width(message), _MAX_MESSAGE_SHARE * free_width) if left_words else free_width
         )
         if left_words:
-            _draw_fitted(left_words, free_width - (message_width + gap if message.text else 0.0))
+            _draw_fitted(left_words, free_width - (message_width + gap if message else 0.0))
             probe.note("readout")
-        if message.text:
+        if message:
             if left_words:
                 imgui.same_line(0.0, gap)
             self._draw_message(end - imgui.get_cursor_pos_x() - em)
@@ -183,18 +179,16 @@ class StatusBar:
             return f"Reading {printable(facts.opening)} ..."
         if facts.is_waiting and facts.stream is not None:
             return f"Listening on {facts.stream.address} ..."
-        return "" if hovered_px is None and self._messages.text else self.words(hovered_px)
+        return "" if hovered_px is None and facts.message else self.words(hovered_px)
 
     def _draw_message(self, width: float) -> None:
         """Draw the message, cut to `width`; a tooltip shows all of it."""
-        message = self._messages
-        fitted_text = fit_text(message.text, width)
-        imgui.text_colored(
-            theme.colors.bad if message.is_problem else theme.colors.message, fitted_text
-        )
+        message, is_problem = self._facts.message, self._facts.is_problem
+        fitted_text = fit_text(message, width)
+        imgui.text_colored(theme.colors.bad if is_problem else theme.colors.message, fitted_text)
         probe.note("message")
-        if fitted_text != message.text and imgui.is_item_hovered():
-            imgui.set_tooltip(message.text)
+        if fitted_text != message and imgui.is_item_hovered():
+            imgui.set_tooltip(message)
 
     def words(self, hovered_px: tuple[int, int] | None) -> str:
         """Return the values under the pointer, or a hint if the pointer is not over the picture."""

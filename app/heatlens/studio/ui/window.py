@@ -245,7 +245,7 @@ class Loop:
         """Set the window title to the name of the open source, once it is shown."""
         session = self._session
         if session.pictures.live.output is not None and session.source.plate is not None:
-            name = session.files.documents.window_title
+            name = session.facts.title
             title = f"{export_title(session.files.exports.run.state)}{name} - heatlens"
             if title != self._title:
                 self._title = title

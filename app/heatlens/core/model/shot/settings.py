@@ -1,7 +1,9 @@
 """How the blur is computed, never how much blur there is."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache
 from typing import assert_never
 
 from heatlens.core.base.errors import InputError
@@ -186,7 +188,8 @@ class DefocusSettings:
         return self.quality or Quality.FILM
 
 
-def barred_methods(has_many_views: bool) -> dict[str, str]:
+@cache  # each frame of the window asks for every method
+def barred_methods(has_many_views: bool) -> Mapping[str, str]:
     """Return the methods that are unavailable for the open source, with the reason."""
     reason = "This needs a 3D scene, seen from many points of the lens; a plate is seen from one."
     return (

@@ -74,6 +74,8 @@ class OpenSource:
         self.stream = stream
         self.opener = SourceOpener(wake, stream, placing_of)
         self.opened: Opened | None = None
+        self._asked: Opened | None = None  # of which `_has_camera` tells
+        self._has_camera = False
         self.picture = GpuPicture(renderer)
         self.feed = PictureFeed(self.picture)
         self._watch = DiskWatch()
@@ -126,7 +128,10 @@ class OpenSource:
     @property
     def has_camera(self) -> bool:
         """True if the open source has a camera that can move, as a 3D scene has."""
-        return self.opened is not None and has_camera(self.opened.text)
+        if self._asked is not self.opened:  # each frame of the window asks many times
+            self._asked = self.opened
+            self._has_camera = self.opened is not None and has_camera(self.opened.text)
+        return self._has_camera
 
     def picture_shape(self, shot: Shot) -> PictureShape:
         """Return the shape of the display window; one pixel while nothing is open."""
