@@ -29,7 +29,7 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from heatlens.core.base.faults import FaultError
-from heatlens.core.base.free_memory import share_one_heap
+from heatlens.core.base.memory import share_one_heap
 from support.gui import Gui, gui_of
 from support.sequences import sequence_files
 from support.session_files import QUICK

@@ -16,7 +16,8 @@ _INSIDE = re.compile(r"\.m?glo\b|\bGL_[A-Z]")
 # Tests of gpu alone may know the library; the fixtures of contexts are one.
 TESTS_OF_GPU = {"support/contexts.py"}
 # Modules that run when they are imported.
-NOT_LOADED = {"heatlens.__main__"}
+# The program itself, and what only Windows can import.
+NOT_LOADED = {"heatlens.__main__", "heatlens.core.base.windows_calls"}
 
 
 def uses_library_internals(path: Path) -> bool:

@@ -43,7 +43,6 @@ NO_PARTS = {
 # Modules that may catch an ImportError, with what they import.
 MAY_CATCH = {
     "core/base/extras.py": "all packages that may be missing",
-    "media/files/atomic_file.py": "fcntl of Python, which Windows does not have",
 }
 MODULES = [module for part in EXTRAS for module in part.packages.values()]
 OF_MODULE = {module: part for part in EXTRAS for module in part.packages.values()}

@@ -12,7 +12,7 @@ import pytest
 
 from fuzz.interrupts import COMMANDS, STILL, Bench
 from heatlens.core.base import stopping
-from heatlens.fronts.commands import launch
+from heatlens.core.base.errors import FAULT_CODE
 from support.command_line import ENVIRONMENT
 from support.x_server import Screen, Window
 
@@ -43,7 +43,8 @@ def test_interrupted_command_ends_cleanly(bench, name, number):
 
 
 def test_remove_left_deletes_only_unfinished_files(tmp_path):
-    record = stopping.begin_record()
+    record = bytearray()
+    stopping.begin_record(record.extend)
     try:
         partial_file = tmp_path / "half"
         folder = tmp_path / "report"
@@ -61,11 +62,10 @@ def test_remove_left_deletes_only_unfinished_files(tmp_path):
             block.__enter__()
         with stopping.mark_unfinished(finished_file):
             finished_file.write_bytes(b"whole")
-        leftovers = stopping.read_record(record)
+        leftovers = stopping.read_record(bytes(record))
         stopping.remove_leftovers(leftovers)
     finally:
-        os.close(record)
-        stopping._record_descriptor = None
+        stopping.begin_record(None)
     assert (
         blocks and leftovers.unfinished == (partial_file, folder) and not leftovers.handles_signals
     )
@@ -81,7 +81,7 @@ def test_crash_in_library_is_reported_in_one_line():
     run = subprocess.run(
         [sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True
     )
-    assert run.returncode == launch.FAULT_CODE
+    assert run.returncode == FAULT_CODE
     assert "SIGSEGV" in run.stderr and len(run.stderr.splitlines()) == 1
 
 
@@ -89,10 +89,10 @@ def test_stop_message_is_printed_once_if_work_must_be_killed():
     """On a busy machine the work prints the message, and is killed before it has ended."""
     code = (
         "import os, signal, sys, time\n"
-        "import heatlens.fronts.commands.launch as launch\n"
+        "from heatlens.fronts.commands import launch, worker_process\n"
         "from heatlens.core.base import stopping\n"
         "from heatlens.fronts.commands import main\n"
-        "launch._PATIENCE_S = 0.3\n"
+        "worker_process._STOP_TIMEOUT_S = 0.3\n"
         "def work():\n"
         "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "    with stopping.handle_own_signals():\n"

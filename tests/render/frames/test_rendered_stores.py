@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens.core.base import free_memory
+from heatlens.core.base import memory
 from heatlens.core.model.boxes import Box
 from heatlens.render.rendered_frames.frame_store import FrameStore
 from heatlens.render.rendered_frames.kept_pictures import (
@@ -320,10 +320,10 @@ def test_frame_store_accepts_pictures_if_listing_fails(tmp_path, monkeypatch, ex
 
 def test_default_memory_is_quarter_of_free_or_one_gib_if_unknown(tmp_path, monkeypatch):
     facts = tmp_path / "meminfo"
-    monkeypatch.setattr(free_memory, "_MEMINFO", facts)
+    monkeypatch.setattr(memory, "_MEMINFO", facts)
     for text, free_bytes in (("MemAvailable:  4096 kB\n", 4096 * 1024), ("MemFree: 1 kB\n", None)):
         facts.write_text(text)
-        assert free_memory.free_memory_bytes() == free_bytes
+        assert memory.free_memory_bytes() == free_bytes
         assert default_memory_bytes() == (1 << 30 if free_bytes is None else free_bytes // 4)
     facts.unlink()
-    assert free_memory.free_memory_bytes() is None
+    assert memory.free_memory_bytes() is None

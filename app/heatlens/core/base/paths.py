@@ -97,6 +97,14 @@ def read_file_and_status(path: Path, most: int = FILE_MOST_BYTES) -> tuple[bytes
         return file.read(), status
 
 
+def is_of_user_alone(status: os.stat_result) -> bool:
+    """Return True if only this user owns and can access a file; always True on Windows."""
+    if sys.platform == "win32":
+        return True
+    access_of_others = status.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
+    return status.st_uid == os.getuid() and not access_of_others
+
+
 def open_regular_file(path: Path) -> BinaryIO:
     """Open a file to read it; raise OSError for a pipe or a device, which may never end.
 

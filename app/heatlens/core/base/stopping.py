@@ -1,15 +1,16 @@
 """Record unfinished files, so that the parent process can remove them after Ctrl-C.
 
 `commands.launch` runs the command in a second process and kills that one when Ctrl-C is pressed. It
-then removes the files recorded here. In a program that imports heatlens there is no such parent,
-and the functions of the record do nothing.
+then removes the files recorded here. That needs Linux: elsewhere the process removes them itself
+before it ends. In a program that imports heatlens nobody keeps a record, and its functions do
+nothing.
 
-The record is a file in memory which both processes share. Its entries begin with a sign and end
-with a zero byte, and are so short that a killed process cannot leave a partial one.
+The entries of the record begin with a sign and end with a zero byte, and are so short that a killed
+process cannot leave a partial one.
 
 Loops note Ctrl-C, SIGTERM and a closed terminal, to end in an orderly way. While a loop sleeps in
 GLFW it is in a C function, where Python runs no signal handlers. Python's own C handler still
-writes a byte into a pipe at once; a thread that reads it wakes the loop.
+writes a byte into a socket at once; a thread that reads it wakes the loop.
 """
 
 import os
@@ -21,7 +22,10 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    import socket
 
 # The signs of entries: of a path, or of the state of this process.
 _UNFINISHED = b"+"
@@ -33,7 +37,7 @@ _STOP_REPORTED = b"s"
 
 _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
-_record_descriptor: int | None = None  # file descriptor, if a parent waits for this process
+_write_entry: Callable[[bytes], object] | None = None  # appends to the record, if there is one
 
 
 class Stopped(KeyboardInterrupt):
@@ -65,11 +69,10 @@ class LeftoverFiles(NamedTuple):
     has_reported_stop: bool = False  # the process has printed that it was stopped
 
 
-def begin_record() -> int:
-    """Create the record that this process and its children share; return its descriptor."""
-    global _record_descriptor
-    _record_descriptor = os.memfd_create("heatlens")
-    return _record_descriptor
+def begin_record(write_entry: Callable[[bytes], object] | None) -> None:
+    """Hand every entry of this process to `write_entry` from now on, or to nobody for None."""
+    global _write_entry
+    _write_entry = write_entry
 
 
 @contextmanager
@@ -131,15 +134,12 @@ def record_stop_reported() -> None:
     _append_entry(_STOP_REPORTED)
 
 
-def read_record(record: int) -> LeftoverFiles:
-    """Return what the record of a process, which may have been killed, says about its files.
-
-    `record` is the file descriptor of the record.
-    """
+def read_record(record: bytes) -> LeftoverFiles:
+    """Return what the record of a process, which may have been killed, says about its files."""
     unfinished_paths: dict[str, None] = {}
     new_folders: dict[str, None] = {}
     handles_signals = has_reported_stop = False
-    for entry in os.pread(record, os.fstat(record).st_size, 0).split(b"\0")[:-1]:
+    for entry in record.split(b"\0")[:-1]:
         sign, path = entry[:1], os.fsdecode(entry[1:])
         if sign == _UNFINISHED:
             unfinished_paths[path] = None
@@ -175,10 +175,10 @@ def remove_leftovers(leftovers: LeftoverFiles) -> None:
 
 
 def _append_entry(sign: bytes, path: str | os.PathLike[str] = "") -> None:
-    """Append an entry to the record, if a parent process reads one."""
-    if _record_descriptor is not None:
+    """Append an entry to the record, if there is one."""
+    if _write_entry is not None:
         absolute_path = os.path.abspath(path) if path else ""
-        os.write(_record_descriptor, sign + os.fsencode(absolute_path) + b"\0")
+        _write_entry(sign + os.fsencode(absolute_path) + b"\0")
 
 
 class StopSignals:
@@ -193,12 +193,15 @@ class StopSignals:
 
     def __enter__(self) -> "StopSignals":
         """Begin to record stop signals; call this on the main thread, as Python requires."""
+        import socket  # here, as it takes 6 ms that most commands need not wait for
+
         for number in stop_signals():
             self._previous_handlers[number] = signal.signal(number, self._record_signal)
-        pipe_output, self._pipe_input = os.pipe()
-        os.set_blocking(self._pipe_input, False)
-        self._previous_wakeup_fd = signal.set_wakeup_fd(self._pipe_input, warn_on_full_buffer=False)
-        threading.Thread(target=self._wake_per_byte, args=(pipe_output,), daemon=True).start()
+        byte_output, self._byte_input = socket.socketpair()
+        self._byte_input.setblocking(False)
+        descriptor = self._byte_input.fileno()
+        self._previous_wakeup_fd = signal.set_wakeup_fd(descriptor, warn_on_full_buffer=False)
+        threading.Thread(target=self._wake_per_byte, args=(byte_output,), daemon=True).start()
         self._own_signals.__enter__()
         return self
 
@@ -211,7 +214,7 @@ class StopSignals:
         """Restore the previous signal handlers."""
         self._own_signals.__exit__(kind, error, trace)
         signal.set_wakeup_fd(self._previous_wakeup_fd)
-        os.close(self._pipe_input)
+        self._byte_input.close()
         for number, previous_handler in self._previous_handlers.items():
             signal.signal(number, previous_handler)
 
@@ -223,11 +226,11 @@ class StopSignals:
     def _record_signal(self, number: int, _frame: FrameType | None) -> None:
         self.number = number
 
-    def _wake_per_byte(self, pipe: int) -> None:
-        """Wake the loop for each byte until the pipe is closed; runs on a thread."""
-        while os.read(pipe, 1):
-            self._wake()
-        os.close(pipe)
+    def _wake_per_byte(self, byte_output: "socket.socket") -> None:
+        """Wake the loop for each byte until the other end is closed; runs on a thread."""
+        with byte_output:
+            while byte_output.recv(1):
+                self._wake()
 
 
 @contextmanager

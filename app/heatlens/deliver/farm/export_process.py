@@ -33,7 +33,7 @@ from heatlens.media.files.atomic_file import write_whole
 
 _KILLED_S = 1.0  # time for the system to remove a killed process
 _TITLES = {"shot sheet": "pull sheet"}
-_STOPPED = (128 + signal.SIGTERM, -signal.SIGTERM, -signal.SIGKILL)
+_STOPPED = (128 + signal.SIGTERM, -signal.SIGTERM)
 
 
 @dataclass
@@ -57,11 +57,15 @@ class ExportState:
     )  # lines that are no events: the text of a job
     earlier_frames: int = 0  # frames that were finished before it began
     is_left_to_cluster: bool = False  # the cluster goes on with it
+    is_cancelled: bool = False  # the user asked for its end
 
     @property
     def is_stopped(self) -> bool:
-        """Return True if the user stopped it."""
-        return self.code in _STOPPED
+        """Return True if it was stopped before its end: here, or by a signal from outside.
+
+        The exit code alone does not tell: a process that is ended on Windows has that of a failure.
+        """
+        return self.code in _STOPPED or (self.is_cancelled and self.code not in (None, 0))
 
     @property
     def when_stopped(self) -> str:
@@ -79,7 +83,6 @@ class ExportRun:
         self._wake = wake
         self._process: subprocess.Popen[str] | None = None
         self._follower: Thread | None = None
-        self._is_stopping = False
         self._place = HERE
         self._job = ""
         self.state: ExportState | None = None  # state of the latest process
@@ -109,15 +112,16 @@ class ExportRun:
 
         If it has not stopped after a while, it is killed. This method does not wait.
         """
-        if self._process is not None and self.is_busy:
-            self._is_stopping = True
+        if self._process is not None and self.state is not None and self.is_busy:
+            self.state.is_cancelled = True
             stop(self._process)
 
     @property
     def can_be_left(self) -> bool:
         """Return True if a cluster makes the frames, and would go on without the process."""
         is_on_cluster = self._place.where is Where.CLUSTER and DETACH_SIGNAL is not None
-        return self.is_busy and is_on_cluster and not self._is_stopping
+        is_cancelled = self.state is not None and self.state.is_cancelled
+        return self.is_busy and is_on_cluster and not is_cancelled
 
     # An export that a cluster makes continues there after the window is closed: the shot lies
     # beside the frames, and a window that is opened on the same source later starts the export
@@ -151,7 +155,7 @@ class ExportRun:
     ) -> None:
         """Start the process and follow it. If that fails, leave no process or files behind."""
         title = f"{_TITLES.get(command, command)} to {output}"
-        self._place, self._job, self._is_stopping = place, job, False
+        self._place, self._job = place, job
         if place.is_job:
             title = f"{place.job_name(output)} in {Path(output).parent}"
         with report_faults(f"The {title} could not start"), ExitStack() as cleanup:
@@ -234,7 +238,7 @@ def _closing_sentence(code: int, state: ExportState) -> str:
         return f"Done: {state.title}. {state.files_note}".strip()
     if state.is_left_to_cluster:
         return f"Left to the cluster: {state.title}."
-    if code in _STOPPED:
+    if state.is_cancelled or code in _STOPPED:
         return f"Stopped: {state.title}. {state.when_stopped}"
     return state.last_sentence
 

@@ -5,7 +5,6 @@ and FRAMES by its own names, since paths differ between machines, and quotes tex
 """
 
 import math
-import os
 import subprocess
 import sys
 import time
@@ -16,6 +15,7 @@ from pathlib import Path
 from typing import Literal
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.memory import wait_for_peak_bytes
 from heatlens.core.base.stopping import temporary_folder
 from heatlens.deliver.farm.events import Event, event_in
 from heatlens.media.sequence.names import frames_text
@@ -25,7 +25,6 @@ _HEADROOM = 1.25  # other frames may need more memory than the measured one
 _TASK_S = 60.0  # long compared with the start of a process, short enough to repeat
 _DEFAULT_TASK_FRAMES = 10  # frames of a task if no frame was measured
 TextForm = Callable[[str], str]
-_UNIT_BYTES = 1 if sys.platform == "darwin" else 1024  # the unit of ru_maxrss
 
 
 class _Frames(Enum):
@@ -195,8 +194,8 @@ def measure_first_frames(job: FarmJob, name: str, frames: Sequence[int]) -> Meas
             assert process.stdout is not None
             rows = ((time.monotonic() - start_s, event_in(row)) for row in process.stdout)
             events = [(at_s, event) for at_s, event in rows if event is not None]
-            usage = os.wait4(process.pid, 0)[2]
-    return _cost_of_run(events, usage.ru_maxrss * _UNIT_BYTES)
+            memory_bytes = wait_for_peak_bytes(process)
+    return _cost_of_run(events, memory_bytes)
 
 
 def _cost_of_run(events: Sequence[tuple[float, Event]], memory_bytes: int) -> MeasuredCost:

@@ -1,6 +1,7 @@
 """OpenGL for the Python interface: started with the first picture, then kept."""
 
 import os
+import sys
 import threading
 from collections.abc import Callable
 from typing import TypeVar
@@ -19,7 +20,8 @@ class Engine:
         self._thread = 0
         self._loaded: tuple[object, object] | None = None
         self._is_forked = False
-        os.register_at_fork(after_in_child=self._note_fork)
+        if sys.platform != "win32":  # Windows has no fork
+            os.register_at_fork(after_in_child=self._note_fork)
 
     def _note_fork(self) -> None:
         """Note in a child that the OpenGL of its parent cannot be used: its threads are gone."""

@@ -17,6 +17,7 @@ import numpy as np
 import heatlens
 from heatlens.core.base.errors import GpuError, MissingPackageError
 from heatlens.core.base.extras import extra, import_module_safely, parts
+from heatlens.core.base.memory import total_memory_bytes
 from heatlens.core.base.outside_text import one_line
 from heatlens.core.base.paths import data_dir
 from heatlens.core.base.stopping import temporary_folder
@@ -40,7 +41,7 @@ def system() -> Iterator[Finding]:
         "python": platform.python_version(),
         "system": _system_name(),
         "processors": os.cpu_count(),
-        "memory_gb": _memory_gb(),
+        "memory_gb": None if (total := total_memory_bytes()) is None else round(total / 1e9, 1),
     }
     message = (
         f"heatlens {details['heatlens']}, Python {details['python']}, {details['system']}, "
@@ -102,14 +103,6 @@ def _system_name() -> str:
     except (OSError, KeyError):
         name = platform.system()
     return f"{name}, kernel {platform.release()}, {platform.machine()}"
-
-
-def _memory_gb() -> float | None:
-    try:
-        size = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (ValueError, OSError, AttributeError):
-        return None
-    return round(size / 1e9, 1)
 
 
 def second_start() -> Iterator[Finding]:

@@ -2,13 +2,13 @@
 
 import argparse
 import json
-import resource
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.extras import extra
+from heatlens.core.base.memory import peak_bytes
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.fronts.commands.options.device_option import add_device_option, use_device
 from heatlens.fronts.commands.options.field_options import add_blur_options, settings_of
@@ -275,7 +275,7 @@ def _report(
     )
     errors = _errors(args, frames, settings, report_progress)
     levels = None if drag is None else measure_drag(frames, *drag, runs, report_progress)
-    memory = _peak_memory_mb()
+    memory = peak_bytes() / 1e6
     return BenchReport(frame, coc_sweep, size_sweep, bare, memory, methods, errors, levels)
 
 
@@ -291,9 +291,3 @@ def _errors(
     return measure_errors(
         frames, args.truth_size, settings, args.truth_views, args.runs, report_progress
     )
-
-
-def _peak_memory_mb() -> float:
-    """Return the peak memory of this process, with the textures of a software rasterizer."""
-    kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # kibibytes, on Linux
-    return kilobytes * 1024 / 1e6

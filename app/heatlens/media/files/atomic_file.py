@@ -9,6 +9,7 @@ import platform
 import re
 import secrets
 import shutil
+import sys
 import tempfile
 import time
 import zlib
@@ -18,11 +19,6 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.stopping import mark_unfinished, record_new_folder
-
-try:
-    import fcntl
-except ImportError:  # no such module on Windows; two windows at once may then lose a change
-    fcntl = None  # type: ignore[assignment]
 
 _UNFINISHED_NAME = re.compile(r"\.heatlens-[0-9a-f]{16}\.([0-9a-f]{8})\.([0-9]+)\.part")
 _ABANDONED_AFTER_S = 24 * 60 * 60.0  # a file that is being written changes more often than this
@@ -114,7 +110,7 @@ def remove_leftovers(folder: Path) -> None:
 
 def _is_abandoned(path: Path, machine: str, process: int) -> bool:
     """Return True if the process that wrote an unfinished file has ended, or probably has."""
-    if machine != _MACHINE or os.name == "nt":  # on Windows, signal 0 would end the process
+    if machine != _MACHINE or sys.platform == "win32":  # on Windows, signal 0 would end the process
         return time.time() - path.stat().st_mtime > _ABANDONED_AFTER_S
     try:
         os.kill(process, 0)
@@ -175,9 +171,12 @@ def lock_file(path: Path) -> Iterator[None]:
 
 def _try_lock(descriptor: int) -> bool:
     """Lock an open file without waiting; return False while another process has the lock."""
+    if sys.platform == "win32":
+        return True
+    import fcntl
+
     try:
-        if fcntl is not None:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
     except OSError:  # a file system without locks

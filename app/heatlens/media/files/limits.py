@@ -10,6 +10,7 @@ import contextlib
 import math
 import os
 import signal
+import sys
 from pathlib import Path
 
 SECONDS, GIGABYTES = "HEATLENS_READING_SECONDS", "HEATLENS_READING_GIGABYTES"
@@ -43,7 +44,7 @@ def is_bounded() -> bool:
 def bound_this_process() -> None:
     """Let the system end this process if it exceeds the limits; Windows has no such limits."""
     _allowed[""] = seconds_most()
-    if os.name != "posix":
+    if sys.platform == "win32":
         return
     import resource
 
@@ -64,7 +65,7 @@ def allow_for(path: str | os.PathLike[str]) -> None:
 
 def _bound_time() -> None:
     """Set the limits of processor time and of elapsed time from the allowed seconds."""
-    if os.name != "posix":
+    if sys.platform == "win32":
         return
     import resource
 
@@ -75,6 +76,8 @@ def _bound_time() -> None:
 
 def _lower_limit(kind: int, limit: int) -> None:
     """Set a soft resource limit, but never above the hard limit of this process."""
+    if sys.platform == "win32":
+        return
     import resource
 
     _, hard = resource.getrlimit(kind)

@@ -153,7 +153,7 @@ def _mute_descriptor(number: int) -> Iterator[int | None]:
 
 def _flush_c() -> None:
     """Flush C's own buffer of stdout, which would otherwise be printed when the program ends."""
-    if os.name == "posix":
+    if sys.platform != "win32":
         ctypes.CDLL(None).fflush(None)
 
 

@@ -3,7 +3,7 @@
 import os
 
 from heatlens.core.base.errors import GpuError, InputError
-from heatlens.core.base.free_memory import free_memory_bytes
+from heatlens.core.base.memory import free_memory_bytes
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.opengl import gl_device
 

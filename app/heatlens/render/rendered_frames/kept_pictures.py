@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from heatlens.core.base.byte_lru import ByteLru
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.free_memory import free_memory_bytes
+from heatlens.core.base.memory import free_memory_bytes
 from heatlens.core.base.paths import read_file_bytes
 from heatlens.core.model.boxes import Box
 from heatlens.media.files.atomic_file import FOR_THE_USER, remove_leftovers, replace_atomically

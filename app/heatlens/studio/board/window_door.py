@@ -11,7 +11,6 @@ import json
 import os
 import secrets
 import socket
-import stat
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
@@ -21,7 +20,12 @@ from pathlib import Path
 from threading import BoundedSemaphore, Thread, Timer
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import preferences_dir, read_file_and_status, runtime_dir
+from heatlens.core.base.paths import (
+    is_of_user_alone,
+    preferences_dir,
+    read_file_and_status,
+    runtime_dir,
+)
 from heatlens.media.files.atomic_file import FOR_THE_USER, write_whole
 
 _HOST = "127.0.0.1"
@@ -57,18 +61,10 @@ def hand_over(names: Sequence[str]) -> bool:
 def _read_door(path: Path) -> tuple[int, bytes]:
     """Return port and secret. Raises OSError or ValueError if this user wrote no such file."""
     text, status = read_file_and_status(path)
-    record = json.loads(text) if _is_of_user_alone(status) else None
+    record = json.loads(text) if is_of_user_alone(status) else None
     if not isinstance(record, dict) or not isinstance(record.get("port"), int):
         raise ValueError("a window would have written something else")
     return record["port"], str(record.get("secret")).encode()
-
-
-def _is_of_user_alone(status: os.stat_result) -> bool:
-    """Return True if only this user owns and can access a file; always True on Windows."""
-    if not hasattr(os, "getuid"):
-        return True
-    access_of_others = status.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
-    return status.st_uid == os.getuid() and not access_of_others
 
 
 # The whole request has one deadline. With a limit for each read, a client could keep the connection

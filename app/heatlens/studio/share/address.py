@@ -7,17 +7,15 @@ again.
 
 import hmac
 import json
-import os
 import secrets
 import ssl
-import stat
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.outside_text import host_and_port
-from heatlens.core.base.paths import read_file_and_status
+from heatlens.core.base.paths import is_of_user_alone, read_file_and_status
 from heatlens.media.files.atomic_file import FOR_THE_USER, write_whole
 
 DEFAULT_PORT = 8870
@@ -152,12 +150,8 @@ def _load_links(path: Path) -> Links | None:
         links = Links(tokens["hand"], tokens["look"])
     except (OSError, ValueError, TypeError, KeyError):
         return None
-    permissions_of_others = status.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
-    is_private = not hasattr(os, "getuid") or (
-        status.st_uid == os.getuid() and not permissions_of_others
-    )
     is_valid = all(
         isinstance(token, str) and token.isascii() and len(token) == _TOKEN_LETTERS
         for token in (links.hand, links.look)
     )
-    return links if is_private and is_valid and links.hand != links.look else None
+    return links if is_of_user_alone(status) and is_valid and links.hand != links.look else None

@@ -6,6 +6,7 @@ environment, such a mistake is visible in every picture and test.
 """
 
 import os
+import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -36,7 +37,8 @@ from heatlens.render.gpu.opengl.programs import GlCompute, GlDraw
 from heatlens.render.gpu.shader_source import ShaderSource
 
 NAN_VARIABLE = "HEATLENS_FILL_NAN"
-_EGL: dict[str, Any] = {"backend": "egl"}  # reaches glcontext; moderngl's stub has no name for it
+# Reaches glcontext, whose wheels have EGL on Linux alone. moderngl's stub has no name for it.
+_WITHOUT_DISPLAY: dict[str, Any] = {"backend": "egl"} if sys.platform == "linux" else {}
 _INSTALL = "On Debian or Ubuntu: apt-get install libgl1 libegl1"
 _TOO_OLD = (
     "The installed driver has an older version: a newer driver may help, and "
@@ -217,7 +219,7 @@ def _raw(wrapper: Any) -> Any:
 def headless_device() -> GlDevice:
     """Make a device that needs no window. Raises GpuError that says what to install."""
     try:
-        return GlDevice(moderngl.create_context(standalone=True, require=430, **_EGL))
+        return GlDevice(moderngl.create_context(standalone=True, require=430, **_WITHOUT_DISPLAY))
     except Exception as error:  # moderngl and glcontext raise bare Exception
         raise GpuError(f"No OpenGL 4.3 ({error}). {_help(str(error))}") from error
 

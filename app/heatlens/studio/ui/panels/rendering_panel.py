@@ -5,10 +5,10 @@ It shows pictures per second, the time of each pass, memory and the GPU.
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 from imgui_bundle import imgui
 
+from heatlens.core.base.memory import resident_bytes
 from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.settings import PARTS, DefocusSettings, Quality, barred_methods
 from heatlens.render.frame_renderer import FrameRenderer
@@ -103,7 +103,7 @@ def speed_rows(
         ("window", _value_text(speed.mean_ms(), "{:.1f} ms a frame")),
         ("while dragged", _value_text(speed.pictures_per_second(), "{:.0f} pictures a second")),
         ("upload", _value_text(1e3 * upload_s or None, "{:.1f} ms, once a file")),
-        ("memory", f"{_resident_mb():.0f} MB"),
+        ("memory", "unknown" if (held := resident_bytes()) is None else f"{held / 1e6:.0f} MB"),
         ("solver", renderer.solver.name),
     ]
     if picture is not None:
@@ -130,12 +130,3 @@ def _value_text(value: float | None, template: str) -> str:
 def _fact_rows(rows: list[tuple[str, str]]) -> None:
     for label, value in rows:
         widgets.fact_row(label, value, f"speed {label}")
-
-
-def _resident_mb() -> float:
-    """Return the resident memory of this process in MB; 0 if the system does not report it."""
-    try:
-        pages = int(Path("/proc/self/statm").read_text().split()[1])
-    except OSError:
-        return 0.0
-    return pages * 4096 / 1e6

@@ -7,7 +7,7 @@ import pytest
 
 _HEAPS_OF_FOUR_THREADS = """
 import ctypes, re, sys, threading
-from heatlens.core.base.free_memory import share_one_heap
+from heatlens.core.base.memory import share_one_heap
 
 if sys.argv[1] == "shared":
     share_one_heap()
