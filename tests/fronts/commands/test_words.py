@@ -5,6 +5,7 @@ import subprocess
 
 import pytest
 
+from heatlens.core.base.system_packages import opengl_advice
 from heatlens.fronts.commands.command_table import put_command_first
 from heatlens.fronts.commands.main import main
 from heatlens.fronts.commands.options.value_types import (
@@ -187,7 +188,7 @@ def test_bash_completion_script_is_valid(capsys):
 
 def test_gpu_help_depends_on_cause():
     assert "LIBGL_ALWAYS_SOFTWARE" in _help("eglCreateContext failed (0x3009)")
-    assert "apt-get install" in _help("libEGL.so not loaded")
+    assert opengl_advice() in _help("libEGL.so not loaded")
 
 
 @pytest.mark.parametrize(

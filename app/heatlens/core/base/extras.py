@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from heatlens.core.base.errors import MissingPackageError
+from heatlens.core.base.system_packages import opengl_advice, quoted
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class Extra:
     packages  what pip calls each package -> the module that Python imports
     brings    other extras that it installs
     besides   what else is installed with it: ends a sentence
+    is_drawn  it needs OpenGL, which comes from the system
     """
 
     name: str
@@ -31,11 +33,13 @@ class Extra:
     packages: Mapping[str, str]
     brings: tuple[str, ...] = ()
     besides: str = ""
+    is_drawn: bool = False
 
     def install_command(self, package: str = "") -> str:
         """Return the command that installs the extra, or a package that is no part of one."""
-        packages = f"'heatlens[{self.name}]'{self.besides}" if self.name else package
-        return f"pip install {packages}"
+        packages = quoted(f"heatlens[{self.name}]") if self.name else package
+        opengl = f". {opengl_advice()}" if self.is_drawn else ""
+        return f"pip install {packages}{self.besides if self.name else ''}{opengl}"
 
     @contextmanager
     def require(self, purpose: str = "", package: str = "") -> Iterator[None]:
@@ -90,14 +94,13 @@ _SCENE = {
     "trimesh": "trimesh",
 }
 _RING = {"cbor2": "cbor2", "mido": "mido", "python-osc": "pythonosc"}
-_APT = ", and on Debian or Ubuntu: apt-get install libgl1 libegl1"
 _MIDI = "; MIDI also needs python-rtmidi, and the sound library of the system"
 EXTRAS = (
     Extra("cluster", "A cluster", {"distributed": "distributed"}),
     Extra("compare", "FLIP", {"flip-evaluator": "flip_evaluator"}),
     Extra("edit", "An edit", _EDIT),
     Extra("estimate", "Estimating depth", {"onnxruntime": "onnxruntime"}),
-    Extra("gui", "The window", {"glfw": "glfw", "imgui-bundle": "imgui_bundle"}, besides=_APT),
+    Extra("gui", "The window", {"glfw": "glfw", "imgui-bundle": "imgui_bundle"}, is_drawn=True),
     Extra("heic", "HEIC", {"pillow-heif": "pillow_heif"}),
     Extra("movie", "A movie", {"av": "av"}),
     Extra("pdf", "A PDF", {"weasyprint": "weasyprint"}),

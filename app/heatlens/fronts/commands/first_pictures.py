@@ -1,7 +1,6 @@
 """Render example pictures when `heatlens` is started without arguments and without a display."""
 
 import os
-import shlex
 import shutil
 import sys
 import tempfile
@@ -14,6 +13,7 @@ from PIL import Image
 import heatlens
 from heatlens.core.base.errors import NoWindowError
 from heatlens.core.base.paths import data_dir
+from heatlens.core.base.system_packages import quoted
 from heatlens.fronts.commands.output.progress_line import progress_line
 from heatlens.fronts.commands.output.say import print_messages
 from heatlens.media.color.color_config import load_color_config
@@ -45,7 +45,7 @@ def make_first_pictures(error: NoWindowError) -> int:
     print(f"{still}    the still life, focus on the fruit", flush=True)
     write_whole(pull, _animation(list(_render_frames(view))))
     print(f"{pull}    the street at night, the focus pulled from one walker to the next")
-    command, plate_name = start_command(), shlex.quote(str(_relative_path(plate)))
+    command, plate_name = start_command(), quoted(str(_relative_path(plate)))
     print(
         "\nGo on with these, or with a plate or scene of your own:\n"
         f"  {command} render {plate_name} -o lights.png --focus-at 330,60\n"
@@ -60,11 +60,11 @@ def start_command() -> str:
     """Return the words that start this program again in the shell, as short as they can be."""
     program = Path(sys.argv[0])
     if program.name == "__main__.py":
-        return f"{shlex.quote(sys.orig_argv[0])} -m heatlens"
+        return f"{quoted(sys.orig_argv[0])} -m heatlens"
     on_path = shutil.which(program.name)
     if on_path is not None and os.path.realpath(on_path) == os.path.realpath(program):
         return program.name
-    return shlex.quote(str(_relative_path(program)))
+    return quoted(str(_relative_path(program)))
 
 
 def _relative_path(path: Path) -> Path:

@@ -5,14 +5,11 @@ from heatlens.studio.ui.devices import work_area_of  # imports ImGui before glfw
 import glfw  # isort: skip
 
 from heatlens.core.base.errors import NoWindowError
+from heatlens.core.base.system_packages import display_advice, driver_advice
 from heatlens.core.model.view.ui_sizes import fitted_size
 from heatlens.studio.settings.preferences import PreferenceValues
 
 _SIZE = 1600, 900
-_HELP = (
-    "`heatlens render` works without a display; on Debian or Ubuntu a window needs an X server or "
-    "Wayland and: apt-get install libgl1 libegl1"
-)
 
 
 # `open_window` reports errors as NoWindowError, and waking a window that is not there yet is none.
@@ -27,7 +24,7 @@ def wake_window() -> None:
 def open_window(preferences: PreferenceValues) -> object:
     """Return a new window with a current context of OpenGL. Raises NoWindowError."""
     if not glfw.init():
-        raise NoWindowError(f"No window can be opened: {_glfw_error()}. {_HELP}")
+        raise NoWindowError(f"No window can be opened: {_glfw_error()}. {display_advice()}.")
     for hint, value in (
         (glfw.CONTEXT_VERSION_MAJOR, 4),
         (glfw.CONTEXT_VERSION_MINOR, 3),
@@ -43,8 +40,7 @@ def open_window(preferences: PreferenceValues) -> object:
         reason = _glfw_error()
         glfw.terminate()
         raise NoWindowError(
-            f"No window with OpenGL 4.3 can be opened: {reason}. A newer driver may have it; "
-            "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor."
+            f"No window with OpenGL 4.3 can be opened: {reason}. {driver_advice()}."
         )
     # Set the size once the window exists: the remembered size already includes the monitor's scale.
     size = preferences.window_size or glfw.get_window_size(window)

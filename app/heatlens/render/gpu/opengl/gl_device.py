@@ -13,6 +13,7 @@ from typing import Any
 import moderngl
 
 from heatlens.core.base.errors import GpuError
+from heatlens.core.base.system_packages import driver_advice, opengl_advice
 from heatlens.render.gpu.device import (
     Blend,
     Data,
@@ -39,11 +40,6 @@ from heatlens.render.gpu.shader_source import ShaderSource
 NAN_VARIABLE = "HEATLENS_FILL_NAN"
 # Reaches glcontext, whose wheels have EGL on Linux alone. moderngl's stub has no name for it.
 _WITHOUT_DISPLAY: dict[str, Any] = {"backend": "egl"} if sys.platform == "linux" else {}
-_INSTALL = "On Debian or Ubuntu: apt-get install libgl1 libegl1"
-_TOO_OLD = (
-    "The installed driver has an older version: a newer driver may help, and "
-    "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor"
-)
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader")
 # Straight alpha over the content below; the screen stays opaque, so the desktop never shows.
 _BLENDS: dict[Blend, tuple[int, ...]] = {
@@ -228,7 +224,8 @@ def _help(error_text: str) -> str:
     """Return what to install, or what to try if the installed driver is too old."""
     if "device index" in error_text:
         return "--device counts the devices of EGL from 0."
-    return _TOO_OLD if "eglCreateContext" in error_text else _INSTALL
+    is_old = "eglCreateContext" in error_text or "got version" in error_text
+    return f"{driver_advice() if is_old else opengl_advice()}."
 
 
 def window_device() -> GlDevice:

@@ -17,6 +17,7 @@ from heatlens.core.base.background import Background
 from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.core.base.messages import Worker
 from heatlens.core.base.paths import open_regular_file
+from heatlens.core.base.system_packages import install_advice
 from heatlens.core.model.lens.lens import Lens
 from heatlens.media.files.marks import blurred_mark
 from heatlens.media.files.picture_formats import format_of, suffixes_written
@@ -123,9 +124,9 @@ def _missing_tool_message(platform: str, environ: Mapping[str, str]) -> str:
     if platform == "win32":
         return "The picture was not copied: Windows's powershell is not in PATH."
     if environ.get("WAYLAND_DISPLAY"):
-        return "The picture was not copied: install wl-clipboard (apt-get install wl-clipboard)."
+        return f"The picture was not copied: {install_advice('wl-clipboard')}."
     if environ.get("DISPLAY"):
-        return "The picture was not copied: install xclip (apt-get install xclip)."
+        return f"The picture was not copied: {install_advice('xclip')}."
     return "The picture was not copied: there is no desktop here that has a clipboard."
 
 
