@@ -1,0 +1,97 @@
+"""Test command lines and the window with the names that Python's library has on Windows.
+
+OpenGL, files and processes are those of Linux: see `support/windows_standin.py`.
+"""
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from support.command_line import ENVIRONMENT, picture
+from support.exports import write_plate, write_shot_file
+from support.windows_standin import VERSION_VARIABLE
+from support.x_server import Screen, Window
+
+TESTS = Path(__file__).parents[2]
+FOLDER = TESTS / "support" / "windows"
+QUICK = ("--quality", "draft", "--proxy", "0.5")
+# What is run, and a part of what it prints or of the names of the files that it writes.
+LINES = (
+    ("--version", "heatlens "),
+    ("--help", "COMMAND"),
+    ("info PLATE", "32 x 18 px"),
+    ("info --json PLATE", '"width_px": 32'),
+    ("info demo", "frames"),
+    ("render PLATE -o OUT/r.exr", "r.exr"),
+    ("render PLATE -o OUT/r.png --f-stop 1.4 --focus-at 5,5", "r.png"),
+    ("render demo -o OUT/demo.png --size 64x36 --frame 2", "demo.png"),
+    ("export SHOT -o OUT/e.####.exr", "e.1001.exr"),
+    ("export SHOT -o OUT/movie.mp4 --frames 1001-1002", "movie.mp4"),
+    ("export SHOT -o OUT/p.####.exr --frames 1001-1002 --processes 2", "p.1002.exr"),
+    ("export SHOT -o OUT/f.####.exr --submit openjd --chunk 2", "specificationVersion"),
+    ("camera SHOT -o OUT/cam.usda", "cam.usda"),
+    ("camera SHOT -o OUT/cam.nk", "cam.nk"),
+    ("shot new PLATE -o OUT/new.heatlens.json", "new.heatlens.json"),
+    ("shot show SHOT", "1001"),
+    ("shot sheet SHOT -o OUT/sheet.html", "sheet.html"),
+    ("reel OUT/new.heatlens.json -o OUT/cut.heatreel.json", "cut.heatreel.json"),
+    ("compare OUT/r.exr OUT/r.exr", "99.000 dB"),
+    ("bench --size 64x36 --runs 1 --quality draft", "ms"),
+    ("kits", "mm"),
+    ("--print-completion bash", "complete"),
+    ("render OUT/none.exr -o OUT/n.exr", "is not there"),
+)
+
+
+@pytest.fixture(scope="module")
+def screen() -> Iterator[Screen]:
+    """Return a screen for X11's contexts, which take the place of those of Windows."""
+    opened = Screen()
+    yield opened
+    opened.close()
+
+
+def environment_of(version: str) -> dict[str, str]:
+    """Return the environment of a process that sees the names of this version of Python."""
+    folders = (FOLDER, TESTS, ENVIRONMENT["PYTHONPATH"])
+    return {"PYTHONPATH": ":".join(map(str, folders)), VERSION_VARIABLE: version}
+
+
+@pytest.mark.parametrize("version", ["3.11", "3.12"])
+def test_commands_and_window_find_their_names(version, screen, tmp_path):
+    plate, shot = write_plate(tmp_path / "one.exr"), write_shot_file(tmp_path)
+    out = tmp_path / "out"
+    out.mkdir()
+    places = {"PLATE": str(plate), "SHOT": str(shot), "OUT": str(out)}
+    lines = [line for line, _ in LINES]
+    for name, path in places.items():
+        lines = [line.replace(name, path) for line in lines]
+    environment = ENVIRONMENT | environment_of(version) | {"DISPLAY": screen.display}
+    run = subprocess.run(
+        [sys.executable, str(FOLDER / "run_lines.py")],
+        input=json.dumps([line.split() for line in lines]),
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    files = " ".join(path.name for path in out.iterdir())
+    failures = {
+        line: (code, errors, output)
+        for (line, part), (code, output, errors) in zip(LINES, json.loads(run.stdout), strict=True)
+        if code != (2 if "none.exr" in line else 0) or part not in output + errors + files
+    }
+    assert failures == {}
+    _, pixels = picture(out / "r.exr")
+    assert np.ptp(pixels) > 0.1
+    window = Window(screen, tmp_path, "view", str(plate), *QUICK, **environment_of(version))
+    window.rest()
+    assert len(screen.picture().getcolors(1 << 24)) > 100
+    window.quit()
+    assert window.closed() == (0, "")
