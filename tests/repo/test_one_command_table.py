@@ -88,32 +88,36 @@ def texts_of_page(source: str) -> Iterator[str]:
         yield from (text for text in groups if text)
 
 
+def files_of(folder: str) -> list[Path]:
+    paths = sorted((STUDIO / folder).rglob("*"))
+    return [path for path in paths if path.suffix in (".py", ".js", ".html")]
+
+
 def texts_of(path: Path) -> list[str]:
     source = path.read_text(encoding="utf-8")
     return list((texts_of_python if path.suffix == ".py" else texts_of_page)(source))
 
 
-FILES = {
-    str(path.relative_to(STUDIO)): texts_of(path)
-    for front_end in ("ui", "share", "web")
-    for path in sorted((STUDIO / front_end).rglob("*"))
-    if path.suffix in (".py", ".js", ".html")
-}
-FILES = {name: texts for name, texts in FILES.items() if name not in TABLES}
+@pytest.fixture(scope="module")
+def texts_by_file() -> dict[str, list[str]]:
+    """Return the texts of each file of a front end. To parse them takes seconds."""
+    paths = [path for front_end in ("ui", "share", "web") for path in files_of(front_end)]
+    names = {str(path.relative_to(STUDIO)): path for path in paths}
+    return {name: texts_of(path) for name, path in names.items() if name not in TABLES}
 
 
-def test_front_ends_name_only_the_listed_commands():
-    found = {name: NAMES & set(texts) for name, texts in FILES.items()}
+def test_front_ends_name_only_the_listed_commands(texts_by_file):
+    found = {name: NAMES & set(texts) for name, texts in texts_by_file.items()}
     assert {name: names for name, names in found.items() if names} == {
         name: set(reasons) for name, reasons in ALLOWED.items()
     }
 
 
-def test_front_ends_give_no_command_a_key():
+def test_front_ends_give_no_command_a_key(texts_by_file):
     """The keys alone, such as "Ctrl+Z", stand in the table; sentences may mention them."""
     assert {
         (name, text)
-        for name, texts in FILES.items()
+        for name, texts in texts_by_file.items()
         for text in texts
         if re.fullmatch(_CHORD, text)
     } == set()
@@ -121,8 +125,7 @@ def test_front_ends_give_no_command_a_key():
 
 @pytest.mark.parametrize("folder", ["ui", "session", "share", "web"])
 def test_keys_in_sentences_are_keys_of_commands(folder):
-    paths = [it for it in (STUDIO / folder).rglob("*") if it.suffix in (".py", ".js", ".html")]
-    texts = [(path.name, text) for path in paths for text in texts_of(path)]
+    texts = [(path.name, text) for path in files_of(folder) for text in texts_of(path)]
     assert texts
     wrong = {(name, key) for name, text in texts for key in re.findall(_CHORD, text)}
     assert not {(name, key) for name, key in wrong if key not in KEYS}

@@ -7,7 +7,6 @@ from itertools import pairwise
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from scipy.interpolate import PchipInterpolator
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.curve import Curve, Key
@@ -57,6 +56,8 @@ def test_smooth_curve_through_rising_keys_never_falls(curve):
 
 @given(curves((SMOOTH,), least=2), PARTS)
 def test_smooth_curve_equals_scipy_pchip_interpolator(curve, part):
+    from scipy.interpolate import PchipInterpolator  # here: costs every worker a second to collect
+
     frames = [key.frame for key in curve.keys]
     scaled_values = [curve.scale.position_of(key.value) for key in curve.keys]
     # Standing still before and after is what makes the ends flat.

@@ -11,7 +11,6 @@ from itertools import zip_longest
 import numpy as np
 import pytest
 from PIL import Image
-from pypdf import PdfReader
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
@@ -171,6 +170,8 @@ def test_shot_sheet_writes_pictures_marks_and_timecode(tmp_path, capsys):
 
 
 def test_shot_sheet_of_reel_writes_pdf_with_page_per_shot(tmp_path, capsys):
+    from pypdf import PdfReader  # here: costs every worker a second to collect
+
     pattern, shots = sequence_files(tmp_path, 1001, 1004), []
     for name, near_m in (("first", 2.0), ("second", 5.0)):
         shot = Shot(Lens(50.0, 2.0, 3.0, 36.0), source=pattern, frames=FrameRange(1001, 1004))

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import qmc
 
 from heatlens.core.model.lens.aperture import Aperture
 from heatlens.core.model.lens.pupil import Pupil
@@ -99,6 +98,8 @@ def test_lens_samples_have_equal_share_in_each_ring_and_sector(stretch: int) -> 
 def test_lens_samples_have_lower_discrepancy_than_random(
     count: int, rng: np.random.Generator
 ) -> None:
+    from scipy.stats import qmc  # here: costs every worker a second to collect
+
     lens, jitter = lens_samples(0, count, UNIT)
     radii = np.sum(lens**2, axis=1)
     turns = np.arctan2(lens[:, 1], lens[:, 0]) / (2 * np.pi) % 1
@@ -128,6 +129,8 @@ def test_sobol_points_of_power_of_two_form_a_net(seed: int, levels: int, split: 
 
 
 def test_unscrambled_sobol_points_equal_those_of_scipy() -> None:
+    from scipy.stats import qmc  # here: costs every worker a second to collect
+
     numbers = np.arange(256, dtype=np.uint32)
     our_points = np.stack([_digits(numbers, row) for row in _DIRECTIONS], axis=1) / 2**32
     scipy_points = qmc.Sobol(4, scramble=False).random(256)  # in the order of Gray's code

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation, Slerp
 
 from heatlens.core.base.errors import InputError
@@ -161,6 +160,8 @@ def test_value_track_rotates_evenly_along_shorter_arc(first, last, share):
 
 @given(st.lists(st.tuples(*[st.floats(-9, 9)] * 3), min_size=2, max_size=5), st.floats(-1, 9))
 def test_value_track_cubic_spline_is_hermite(keys, time):
+    from scipy.interpolate import CubicHermiteSpline  # here: costs every worker a second to collect
+
     times = np.cumsum(np.arange(1.0, len(keys) + 1))
     values = np.array(keys)[:, :, None]
     track = ValueTrack(times, values, "CUBICSPLINE")
