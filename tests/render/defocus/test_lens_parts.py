@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from heatlens.core.model.lens.aperture import Aperture
@@ -83,6 +83,7 @@ def test_lens_parts_keep_mean_and_variance_of_shaped_opening(number):
         np.testing.assert_allclose((spread + inside).sum(), variances.sum(), rtol=0.06)
 
 
+@settings(max_examples=40)  # each computes the parts at all places of a picture
 @given(
     opening_images(),
     st.sampled_from((0.0, 0.7)),

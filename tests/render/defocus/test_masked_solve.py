@@ -10,7 +10,7 @@ from heatlens.render.defocus.kernels import Kernel, named_kernel
 from heatlens.render.defocus.layer_cuts import Cut, LayerCut
 from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.line_solver import LineSolver, PartitionSolver, SweepSolver
-from heatlens.render.defocus.tile_mask import SegmentPass, TileMask, tile_count
+from heatlens.render.defocus.tile_mask import SegmentPass, TileMask, run_length, tile_count
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.shader_constants import TILE
 from heatlens.render.gpu.textures import (
@@ -179,16 +179,21 @@ def test_blur_with_empty_tile_mask_leaves_output_untouched(
     )
 
 
-@pytest.mark.parametrize("length", [4096, 16384])  # 8 pixels a run; runs of several tiles
+@pytest.mark.parametrize(
+    ("length", "run_px"),
+    [(4096, 8), (8192 + 8 * TILE, 2 * TILE)],  # several runs in a tile; two tiles in a run
+)
 @pytest.mark.parametrize(("name", "storage"), [("disc_3", "f4"), ("disc_4", PACKED)])
 def test_masked_blur_of_long_line_solves_active_tiles_only(
     ctx: Device,
     solver: LineSolver,
     rng: np.random.Generator,
     length: int,
+    run_px: int,
     name: str,
     storage: Storage,
 ) -> None:
+    assert run_length(length) == run_px
     kernel, tolerance = named_kernel(name), 1e-5 if storage == "f4" else 2e-3
     active = np.tile([1, 0, 0, 1, 1, 0, 1, 1], length // (8 * TILE)).astype(np.uint32)
     inside = np.repeat(active, TILE) == 1
