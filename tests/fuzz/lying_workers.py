@@ -32,7 +32,7 @@ def export_with_liars(folder: Path, exports: int, seed: int) -> Counter[str]:
     with dask_cluster(folder / "cluster", workers=0) as cluster:
         for number in range(seed, seed + exports):
             out = folder / f"out{number}"
-            cluster.lie("liar", f"seed {number}", RAN=str(folder / "ran"))
+            cluster.lie("liar", f"seed {number}", folder / "ran")
             if number % 3 == 0:
                 cluster.work("honest")
             words = ["--fetch"] if number % 2 else []

@@ -39,10 +39,16 @@ class DaskCluster:
         line = ["bash", "-c", f'{limit}; exec "$@"', "bash", *line] if limit else line
         self._start(name, line, environment)
 
-    def lie(self, name: str, how: str, **environment: str) -> None:
-        """Start a worker that sends false answers of the kind `how`, see `lying_worker.py`."""
-        line = [sys.executable, "-P", "-m", "support.lying_worker", self.address, how]
-        self._start(name, line, {"PYTHONPATH": str(Path(__file__).parents[1]), **environment})
+    def lie(self, name: str, how: str, ran: Path) -> None:
+        """Let a worker send false answers of the kind `how`, see `lying_worker.py`.
+
+        Code that it sends makes files `ran` with a process id. The worker is started if none runs.
+        """
+        lie_file = self.folder / f"{name}.lie"
+        lie_file.write_text(f"{how}\n{ran}\n")
+        if name not in self._running or self._running[name].poll() is not None:
+            line = [sys.executable, "-P", "-m", "support.lying_worker", self.address, str(lie_file)]
+            self._start(name, line, {"PYTHONPATH": str(Path(__file__).parents[1])})
 
     def export(self, name: str, *words: object) -> "subprocess.Popen[bytes]":
         """Start an export on this cluster."""

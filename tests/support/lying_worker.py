@@ -1,6 +1,8 @@
-"""A cluster worker that sends false answers: `python -m support.lying_worker ADDRESS HOW`.
+"""A cluster worker that sends false answers: `python -m support.lying_worker ADDRESS LIE_FILE`.
 
-HOW names a lie of LIES, or is `seed N`: then each task draws its lie, and the bytes of its answer.
+The file is read for each task, so that one worker serves many tests. Its first line names a lie of
+LIES or ANSWERS, or is `seed N`: then each task draws its lie, and the bytes of its answer. Its
+second line is the path of the files that pickled code makes, without the process id at their end.
 """
 
 import asyncio
@@ -11,6 +13,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from heatlens.core.base.stopping import temporary_folder
 from heatlens.deliver.farm import answers, frame_worker
@@ -31,12 +34,19 @@ class RunsCommand:
     """
 
     def __reduce__(self):
-        return os.system, (f"touch {os.environ['RAN']}.$PPID",)
+        _, ran = current_lie()
+        return os.system, (f"touch {ran}.$PPID",)
 
 
 class RunsCommandError(Exception):
     def __reduce__(self):
         return RunsCommand().__reduce__()
+
+
+def current_lie() -> tuple[str, str]:
+    """Return the kind of lie that is asked for now, and the path of the files of pickled code."""
+    kind, ran = Path(sys.argv[2]).read_text().splitlines()
+    return kind, ran
 
 
 def _claim_all_frames(task: PartTask, data: bytes | None, report: Tell) -> Parts:
@@ -142,7 +152,7 @@ def _change_bytes(answer: bytes, rng: random.Random) -> bytes:
 
 def lying_part(task: PartTask) -> object:
     """Answer in place of `made_part`, on the thread of a worker."""
-    lie_kind = os.environ["HOW"]
+    lie_kind, _ = current_lie()
     worker = library().get_worker()
 
     def tell(report_of_part: PartDone) -> None:
@@ -159,11 +169,8 @@ def lying_part(task: PartTask) -> object:
 
 
 def main() -> None:
-    os.environ["HOW"] = " ".join(sys.argv[2:])
     honest.make_part = lying_part
-    frame_worker.answer_program = frame_worker.answer_frame = lambda *_: ANSWERS[
-        os.environ["HOW"]
-    ]()
+    frame_worker.answer_program = frame_worker.answer_frame = lambda *_: ANSWERS[current_lie()[0]]()
     with temporary_folder() as folder:
         asyncio.run(honest._run_worker(sys.argv[1], "127.0.0.1", folder))
 

@@ -15,7 +15,7 @@ from heatlens.deliver.farm import elsewhere
 from heatlens.deliver.farm.connection import identify_scheduler_safely, library, own_host
 from heatlens.deliver.farm.data_only import NotDataError, take_only_data
 from heatlens.fronts.commands.main import main
-from support.dask_cluster import DaskCluster, wait_for
+from support.dask_cluster import DaskCluster, dask_cluster, wait_for
 from support.exports import export_shot, files_in, refused_export_message
 from support.lying_worker import ANSWERS, LIES
 
@@ -33,9 +33,16 @@ async def dask_setup(scheduler):
 """
 
 
+@pytest.fixture(scope="module")
+def lying_cluster(tmp_path_factory):
+    """Start a cluster whose one worker sends false answers, for the tests of the file."""
+    with dask_cluster(tmp_path_factory.mktemp("liars"), workers=0) as cluster:
+        yield cluster
+
+
 @pytest.fixture
-def lying_cluster(scheduler):
-    """Yield a cluster whose workers send false answers."""
+def other_workers(scheduler):
+    """Yield a cluster for workers of a test, which are killed at its end."""
     yield scheduler
     scheduler.stop(but=("scheduler",))
 
@@ -47,10 +54,10 @@ def listening_addresses(process: int) -> set[str]:
     return {it.laddr.ip for it in connections if it.status == psutil.CONN_LISTEN}
 
 
-def test_worker_on_loopback_listens_on_loopback_only(lying_cluster, tmp_path):
-    lying_cluster.work("here", TMPDIR=str(tmp_path))
-    wait_for(lambda: "works for" in lying_cluster.said("here"))
-    assert listening_addresses(lying_cluster.process("here")) == {"127.0.0.1"}
+def test_worker_on_loopback_listens_on_loopback_only(other_workers, tmp_path):
+    other_workers.work("here", TMPDIR=str(tmp_path))
+    wait_for(lambda: "works for" in other_workers.said("here"))
+    assert listening_addresses(other_workers.process("here")) == {"127.0.0.1"}
     worker_files = list(tmp_path.iterdir())
     assert worker_files and all(it.stat().st_mode & 0o77 == 0 for it in worker_files), worker_files
 
@@ -97,7 +104,7 @@ def test_export_runs_no_code_from_answers_of_workers(
     capsys, shot_file, tmp_path, lying_cluster, answer_kind, no_late_files
 ):
     out = tmp_path / "out"
-    lying_cluster.lie("liar", answer_kind, RAN=str(tmp_path / "ran"))
+    lying_cluster.lie("liar", answer_kind, tmp_path / "ran")
     message = refused_export_message(
         capsys, shot_file, out / "n.####.exr", "--cluster", lying_cluster.address
     )
@@ -113,7 +120,7 @@ def test_export_trusts_no_false_reports_of_workers(
 ):
     """No false report of a worker starts the `--after-export` command or passes a wrong file."""
     out = tmp_path / "out"
-    lying_cluster.lie("liar", lie_kind, RAN=str(tmp_path / "ran"))
+    lying_cluster.lie("liar", lie_kind, tmp_path / "ran")
     words = (out / "n.####.exr", "--cluster", lying_cluster.address, *fetch)
     message = refused_export_message(
         capsys, shot_file, *words, "--after-export", f"touch {tmp_path / 'after'}"
@@ -128,7 +135,7 @@ def test_export_trusts_no_false_reports_of_workers(
 
 
 def test_frames_on_private_worker_disk_are_missing_unless_fetched(
-    capsys, shot_file, tmp_path, lying_cluster
+    capsys, shot_file, tmp_path, other_workers
 ):
     """The workers write to a disk that this machine cannot see, and report frames as written."""
     worker_folder, out = tmp_path / "own", tmp_path / "out"
@@ -140,14 +147,14 @@ def test_frames_on_private_worker_disk_are_missing_unless_fetched(
     )
     if mount_attempt.returncode:
         pytest.skip("this system lets nobody have mounts of his own")
-    lying_cluster.work("away", limit=f'exec unshare -rm sh -c \'{mount}; exec "$@"\' sh "$@"')
-    export = lying_cluster.export("export", shot_file, "-o", out / "n.####.exr")
+    other_workers.work("away", limit=f'exec unshare -rm sh -c \'{mount}; exec "$@"\' sh "$@"')
+    export = other_workers.export("export", shot_file, "-o", out / "n.####.exr")
     assert export.wait(90) == 2
-    last = lying_cluster.said("export").splitlines()[-1]
+    last = other_workers.said("export").splitlines()[-1]
     assert "6 of 6 frames are not in" in last and "--fetch brings" in last
     assert files_in(out) == {} and len(files_in(worker_folder)) == 6
     export_shot(capsys, shot_file, tmp_path / "whole" / "n.####.exr")
-    lying_cluster.exported(shot_file, "-o", out / "n.####.exr", "--fetch")
+    other_workers.exported(shot_file, "-o", out / "n.####.exr", "--fetch")
     assert files_in(out) == files_in(tmp_path / "whole")
 
 

@@ -38,6 +38,13 @@ def cluster(tmp_path_factory):
         yield found
 
 
+@pytest.fixture(scope="module")
+def lying_cluster(tmp_path_factory):
+    """Start a cluster whose one worker sends false answers, for the tests of the file."""
+    with dask_cluster(tmp_path_factory.mktemp("liars"), workers=0) as found:
+        yield found
+
+
 @pytest.fixture
 def local_begin(tmp_path):
     """A cluster of its own, whose parts are killed."""
@@ -430,10 +437,9 @@ def test_scheduler_is_used_only_after_user_agrees_to_it(begin, local_begin, tmp_
 
 
 @pytest.mark.parametrize("how", ["runs", "fails and runs", "a text", "no answer", "deep"])
-def test_answers_of_lying_worker_run_no_code_in_the_window(begin, local_begin, tmp_path, how):
-    local_begin.kill("worker 0")
-    local_begin.lie("liar", how, RAN=str(tmp_path / "ran"))
-    session = begin(sequence_files(tmp_path, FIRST, LAST), local_begin.address)
+def test_answers_of_lying_worker_run_no_code_in_the_window(begin, lying_cluster, tmp_path, how):
+    lying_cluster.lie("liar", how, tmp_path / "ran")
+    session = begin(sequence_files(tmp_path, FIRST, LAST), lying_cluster.address)
     run_until(
         session,
         lambda: "same version" in session.time.frames_ahead.cluster.status_text,
