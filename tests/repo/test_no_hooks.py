@@ -87,14 +87,31 @@ def is_of_another_object(target: ast.expr, own: set[str]) -> bool:
     return target.value.id not in own
 
 
+def outside_assignments(tree: ast.Module) -> list[ast.Assign]:
+    """Return the assignments to attributes of other objects."""
+    assignments = [node for node in ast.walk(tree) if isinstance(node, ast.Assign)]
+    if not any(
+        isinstance(target, ast.Attribute) for node in assignments for target in node.targets
+    ):
+        return []
+    own = own_names(tree)
+    return [
+        node
+        for node in assignments
+        if any(is_of_another_object(target, own) for target in node.targets)
+    ]
+
+
 def hooks(text: str) -> Iterator[str]:
     """Yield the assignments in a file that set a function on another object."""
     tree = ast.parse(text)
-    names, methods, own = callable_names(tree), method_names(tree), own_names(tree)
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Assign) and is_function(node.value, names, methods):
-            if any(is_of_another_object(target, own) for target in node.targets):
-                yield f"{node.lineno}: {ast.unparse(node)}"
+    assignments = outside_assignments(tree)
+    if not assignments:
+        return
+    names, methods = callable_names(tree), method_names(tree)
+    for node in assignments:
+        if is_function(node.value, names, methods):
+            yield f"{node.lineno}: {ast.unparse(node)}"
 
 
 @pytest.mark.parametrize(
