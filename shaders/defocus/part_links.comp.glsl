@@ -8,21 +8,20 @@
 //   lib/lens_part.lib.glsl       the part of the lens
 //   lib/tile_mask.lib.glsl       the tiles in which the lists are read
 // Outputs
-//   head_buf  for each cell the last surface of its list, plus 1; 0 for an empty list. A cell is the square between
+//   head_buf  for each cell the first surface of its list, plus 1; 0 for an empty list. A cell is the square between
 //             four neighboring pixel centers: cell (x, y) lists the surfaces between the pixels (x - 1, y - 1) and
 //             (x, y). There is one row and one column of cells more than there are of pixels
-//   link_buf  for each surface: x the previous surface of its list plus 1, or 0; y its position inside the cell, two
-//             values from 0 to 1, packed
+//   lib/part_link.lib.glsl   the links of the lists, in any order; part_order.comp.glsl puts them in order
 
 #include "lib/part_surfaces.lib.glsl"
 #include "lib/lens_part.lib.glsl"
+#include "lib/part_link.lib.glsl"
 #include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 layout(std430) buffer head_block { uint head_buf[]; };
-layout(std430) writeonly buffer link_block { uvec2 link_buf[]; };
 
 #define BEFORE_ALL 1e30  // dioptres nearer than every surface
 // Coc in pixels up to which a surface does not move, and from which it moves wholly.
@@ -52,7 +51,7 @@ void link(uint index, ivec2 at, float coc) {
     if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, cells))) return;
     if (!is_read(cell)) return;
     uint previous_link = atomicExchange(head_buf[cell.y * cells.x + cell.x], index + 1u);
-    link_buf[index] = uvec2(previous_link, packUnorm2x16(fract(view_position)));
+    write_link(index + 1u, previous_link, fract(view_position), coc);
 }
 
 void main() {
@@ -63,7 +62,7 @@ void main() {
     if (!list.has_front) {  // the visible surface is not in the list: it is the pixel itself
         float coc = texelFetch(coc_tx, at, 0).r;
 #ifdef ALL_DEPTHS
-        Fragment mixed = mixed_at(at);
+        Fragment mixed = surface_number(mixed_index(at));
         if (mixed.cover > 0.0) link(mixed_index(at), at, mixed.coc);
 #endif
         link(front_index(at), at, coc);

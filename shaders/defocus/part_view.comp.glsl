@@ -7,7 +7,7 @@
 //
 // Inputs
 //   lib/part_surfaces.lib.glsl   the surfaces, by number; coc is their diameter of blur in pixels
-//   head_buf, link_buf           the lists of the cells between pixels, see part_links.comp.glsl
+//   head_buf, lib/part_link.lib.glsl   the lists of the cells between pixels (part_links.comp.glsl), near to far
 //   lib/lens_part.lib.glsl       the part of the lens
 //   lib/tile_mask.lib.glsl       the tiles in which the view is needed
 // Outputs
@@ -19,13 +19,13 @@
 
 #include "lib/part_surfaces.lib.glsl"
 #include "lib/lens_part.lib.glsl"
+#include "lib/part_link.lib.glsl"
 #include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 layout(std430) readonly buffer head_block { uint head_buf[]; };
-layout(std430) readonly buffer link_block { uvec2 link_buf[]; };
 layout(rgba32f) uniform writeonly image2D out_view_img;
 layout(r32f) uniform writeonly image2D out_coc_img;
 #ifdef ALL_DEPTHS
@@ -34,47 +34,38 @@ layout(rg32f) uniform writeonly image2D out_front_state_img;
 uniform float front_px;  // a surface with a smaller coc is in front of the focus
 #endif
 
-#define SURFACES_MAX 24      // surfaces kept for a pixel; if there are more, the nearest
 #define SAME_IF_WHOLE 1.003  // ratio of dioptres up to which surfaces are one, if the first covers the pixel
 #define GAIN 1.1             // shares of a stretched surface sum to a little less than 1
-#define ALL_PX 1e30            // larger than every coc
+#define ALL_PX 1e30          // larger than every coc
 #define LEAST_SHARE 1e-4     // smaller shares of a pixel are ignored
 #define LEAST_KNOWN 0.02     // least known share of a pixel with a view
 
-// The surfaces of the pixel, near to far.
-uint numbers[SURFACES_MAX];   // their numbers in lib/part_surfaces.lib.glsl
-vec2 surfaces[SURFACES_MAX];  // coc and share of the pixel
-int count;                    // how many there are
+// The next surface of each of the four cells around the pixel, which are merged near to far: its number plus 1, 0 at the
+// end of the list, and its coc. Bit 0 of the index is set for the cells after the pixel in x, bit 1 for those in y.
+uvec4 next_links;
+vec4 next_cocs;
 
-// Inserts a surface into the list of the pixel, near to far; if the list is full, the farthest is dropped. Surfaces of
-// the same coc are in the order of their numbers, because the sum must not depend on the order in which they were
-// linked.
-void keep_surface(uint number, float coc, float share) {
-    int slot = min(count, SURFACES_MAX - 1);
-    bool fits = count < SURFACES_MAX || coc < surfaces[slot].x || coc == surfaces[slot].x && number < numbers[slot];
-    if (!fits) return;
-    count = min(count + 1, SURFACES_MAX);
-    for (; slot > 0; --slot) {
-        vec2 other = surfaces[slot - 1];
-        if (other.x < coc || other.x == coc && numbers[slot - 1] < number) break;
-        surfaces[slot] = other;
-        numbers[slot] = numbers[slot - 1];
-    }
-    surfaces[slot] = vec2(coc, share);
-    numbers[slot] = number;
+void set_next(int k, uint link) {
+    next_links[k] = link;
+    next_cocs[k] = link == 0u ? ALL_PX : link_coc(link);
 }
 
-// Inserts all surfaces of a cell, with their shares of the pixel. `is_before` tells for x and y whether the cell lies
-// before the pixel, or after it.
-void keep_cell(ivec2 cell, bvec2 is_before) {
-    ivec2 cells = textureSize(coc_tx, 0) + 1;
-    for (uint link = head_buf[cell.y * cells.x + cell.x]; link != 0u; link = link_buf[link - 1u].x) {
-        vec2 offset = unpackUnorm2x16(link_buf[link - 1u].y);
-        vec2 weights = mix(1.0 - offset, offset, vec2(is_before));
-        Fragment fragment = surface_number(link - 1u);
-        float share = weights.x * weights.y * fragment.cover;
-        if (share > LEAST_SHARE) keep_surface(link - 1u, fragment.coc, share);
+// Index of the cell whose next surface is the nearest. Of equal surfaces it is the one with the smaller number, because
+// the sum must not depend on the order in which they were linked.
+int nearest_cell() {
+    int nearest = 0;
+    for (int k = 1; k < 4; ++k) {
+        bool is_nearer = next_cocs[k] < next_cocs[nearest];
+        if (is_nearer || next_cocs[k] == next_cocs[nearest] && next_links[k] < next_links[nearest]) nearest = k;
     }
+    return nearest;
+}
+
+// Share of the pixel that the next surface of cell `k` has by its position, 0 to 1.
+float share_of_next(int k) {
+    vec2 offset = link_offset(next_links[k]);
+    vec2 weights = mix(offset, 1.0 - offset, bvec2(k & 1, k >> 1));
+    return weights.x * weights.y;
 }
 
 struct View {
@@ -115,7 +106,7 @@ void put_on_its_side(inout View view, vec4 surface, float coc) {
     put_behind(view, surface, coc);
 }
 
-// Composites the surfaces of the pixel near to far.
+// Composites the surfaces of the pixel near to far, until they cover it.
 View composite_surfaces(ivec2 at) {
     View view = EMPTY;
     vec4 surface = vec4(0.0);  // the sum of surfaces at about one depth: rgb times share, a share
@@ -124,15 +115,23 @@ View composite_surfaces(ivec2 at) {
 #ifdef ALL_DEPTHS
     if (is_hole(at)) end_coc = front_px;
 #endif
-    for (int k = 0; k < count && surfaces[k].x < end_coc; ++k) {
-        float own_dioptres = dioptres_of(surfaces[k].x);
+    while (view.light.a < 1.0) {
+        int k = nearest_cell();
+        float coc = next_cocs[k];
+        if (coc >= end_coc) break;
+        uint link = next_links[k];
+        Fragment fragment = surface_number(link - 1u);
+        float share = share_of_next(k) * fragment.cover;
+        set_next(k, next_link(link));
+        if (share <= LEAST_SHARE) continue;
+        float own_dioptres = dioptres_of(coc);
         float tolerance = surface.a > COVERING ? SAME_IF_WHOLE : SAME_SURFACE;
         if (surface.a > 0.0 && own_dioptres * tolerance < dioptres) {
             put_on_its_side(view, surface, first_coc);
             surface = vec4(0.0);
         }
-        if (surface.a == 0.0) { first_coc = surfaces[k].x; dioptres = own_dioptres; }
-        surface += surfaces[k].y * vec4(surface_number(numbers[k]).color, 1.0);
+        if (surface.a == 0.0) { first_coc = coc; dioptres = own_dioptres; }
+        surface += share * vec4(fragment.color, 1.0);
     }
     if (surface.a > 0.0) put_on_its_side(view, surface, first_coc);
     return view;
@@ -141,11 +140,8 @@ View composite_surfaces(ivec2 at) {
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, textureSize(coc_tx, 0))) || !is_active(at)) return;
-    count = 0;
-    for (int k = 0; k < 4; ++k) {
-        ivec2 corner = ivec2(k & 1, k >> 1);
-        keep_cell(at + corner, equal(corner, ivec2(0)));
-    }
+    int cells_across = textureSize(coc_tx, 0).x + 1, cell = at.y * cells_across + at.x;
+    for (int k = 0; k < 4; ++k) set_next(k, head_buf[cell + (k >> 1) * cells_across + (k & 1)]);
     View view = composite_surfaces(at);
     bool is_known = view.light.a > LEAST_KNOWN;
     imageStore(out_view_img, at, is_known ? vec4(view.light.rgb / view.light.a, 1.0) : vec4(0.0));

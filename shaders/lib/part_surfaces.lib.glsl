@@ -2,23 +2,23 @@
 // begin with it. Both have numbers: first the fragments, then the pixels of the picture.
 //
 // With ALL_DEPTHS the views show every surface, and without it only what is behind the focus. Pixels of silhouettes are
-// then taken apart (lib/kind.lib.glsl): their mixed colors would stay as specks where a near edge was. The nearer surface
-// of a far rim has a number too, after all pixels.
+// then taken apart, because their mixed colors would stay as specks where a near edge was: part_pixels.comp.glsl has
+// written the surfaces of each pixel. The nearer surface of a far rim (lib/kind.lib.glsl) has a number too, after all
+// pixels.
 //
 // Inputs
 //   the fragment lists (lib/fragment_list.lib.glsl)
-//   color_tx   rgb of the picture
 //   coc_tx     signed coc of the visible surface, pixels
+//   color_tx   rgb of the picture, without ALL_DEPTHS
+//   pixel_surface_buf   ALL_DEPTHS: the surfaces of part_pixels.comp.glsl
 
 #include "lib/fragment_list.lib.glsl"
 
-uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
 #ifdef ALL_DEPTHS
-#include "lib/kind.lib.glsl"
-uniform sampler2D kind_tx;
-uniform sampler2D far_tx;
-uniform sampler2D near_tx;
+#include "lib/pixel_surface.lib.glsl"
+#else
+uniform sampler2D color_tx;
 #endif
 uniform float least_px;     // coc from which the views show a surface
 uniform uint front_first;   // number of the first pixel of the picture: the number of fragments
@@ -26,41 +26,21 @@ uniform uint front_first;   // number of the first pixel of the picture: the num
 // The number of the visible surface of a pixel.
 uint front_index(ivec2 at) { return front_first + uint(at.y * textureSize(coc_tx, 0).x + at.x); }
 
-// The visible surface of a pixel: the one that its depth sample hit.
-Fragment front_at(ivec2 at) {
-    Fragment front = Fragment(texelFetch(color_tx, at, 0).rgb, 1.0, texelFetch(coc_tx, at, 0).r);
-#ifdef ALL_DEPTHS
-    float kind = texelFetch(kind_tx, at, 0).r;
-    if (kind == FAR_RIM || kind == NEAR_RIM) {
-        vec4 own = texelFetch(far_tx, at, 0);
-        front.color = own.rgb;
-        front.cover = kind == NEAR_RIM ? own.a : 1.0;
-    }
-#endif
-    return front;
-}
-
 #ifdef ALL_DEPTHS
 // Number of the nearer surface that is mixed into a far rim pixel.
 uint mixed_index(ivec2 at) { return front_index(at) + uint(textureSize(coc_tx, 0).x * textureSize(coc_tx, 0).y); }
-
-// The nearer surface that is mixed into a far rim pixel; coverage 0 in other pixels.
-Fragment mixed_at(ivec2 at) {
-    if (texelFetch(kind_tx, at, 0).r != FAR_RIM) return Fragment(vec3(0.0), 0.0, 0.0);
-    vec4 near = texelFetch(near_tx, at, 0);
-    return Fragment(near.rgb, texelFetch(far_tx, at, 0).a, near.a);
-}
 #endif
 
 // The surface with this number: a fragment of a list, or the visible surface of a pixel.
 Fragment surface_number(uint number) {
     if (number < front_first) return fragment_of(number);
-    int pixel = int(number - front_first), across = textureSize(coc_tx, 0).x;
 #ifdef ALL_DEPTHS
-    int pixels = across * textureSize(coc_tx, 0).y;
-    if (pixel >= pixels) return mixed_at(ivec2((pixel - pixels) % across, (pixel - pixels) / across));
+    return pixel_surface(number - front_first);
+#else
+    int pixel = int(number - front_first), across = textureSize(coc_tx, 0).x;
+    ivec2 at = ivec2(pixel % across, pixel / across);
+    return Fragment(texelFetch(color_tx, at, 0).rgb, 1.0, texelFetch(coc_tx, at, 0).r);
 #endif
-    return front_at(ivec2(pixel % across, pixel / across));
 }
 
 #define SAME_SURFACE 1.03  // relative distance within which surfaces add up to one

@@ -81,8 +81,7 @@ class PartSurfaces:
     @property
     def textures(self) -> dict[str, Texture]:
         """The textures of lib/part_surfaces.lib.glsl."""
-        own_textures = {"color_tx": self.color, "coc_tx": self.coc}
-        return own_textures if self.fragments is None else self.fragments.textures()
+        return {"coc_tx": self.coc} | ({} if self.is_whole else {"color_tx": self.color})
 
     @property
     def surface_count(self) -> int:

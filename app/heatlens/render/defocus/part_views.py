@@ -31,7 +31,8 @@ from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
 FAR_FROM_PX = 1.5  # coc, in pixels at full size, from which a surface belongs to the far field
 _SOFTNESS = 0.2  # half width of the transition at that cut, as a share of its coc
-_LINK_BYTES = 8  # bytes for each surface in part_links.comp.glsl
+_LINK_BYTES = 12  # bytes for each surface in lib/part_link.lib.glsl
+_PIXEL_BYTES = 24  # bytes for the two surfaces of each pixel in lib/pixel_surface.lib.glsl
 # The layer in front of the focus, for the fill of its coc, which only asks on which side it is.
 _IN_FRONT = LayerCut(Cut(-math.inf, 0.0), Cut(-FAR_FROM_PX, 0.0), is_before_focus=True)
 # Known share of a pixel from which views are used. Where views of all depths do not know what is
@@ -83,14 +84,16 @@ class PartViews:
 
 @dataclass(frozen=True)
 class _FrontMemory:
-    """The memory for what one part of the lens sees in front of the focus.
+    """The memory for the pixels taken apart, and for what a part sees in front of the focus.
 
+    pixels  the surfaces of each pixel (part_pixels.comp.glsl), the same for all parts
     view   RGBA, rgb times coverage, a coverage; then the same, blurred
     state  RG, diameter of the part's disc in pixels and coverage, as that of a `Layer`
     coc    that diameter, extended beyond the surfaces
     rows   scratch memory of `CocFillPass`
     """
 
+    pixels: Buffer
     view: Texture
     state: Texture
     coc: Texture
@@ -101,6 +104,7 @@ class _FrontMemory:
         """Return the memory for a view of the size of the picture."""
         row_bytes = CocFillPass.rows_bytes(size)
         return _FrontMemory(
+            scratch.buffer("pixel surfaces", _PIXEL_BYTES * size[0] * size[1]),
             scratch.texture("front view", size, 4),
             scratch.texture("front state", size, 2),
             scratch.texture("front coc", size, 1),
@@ -144,6 +148,13 @@ class _ViewMemory:
     def list_buffers(self) -> dict[str, StorageBuffer]:
         """The lists of the surfaces that have moved to each cell."""
         return {"head_block": self.heads, "link_block": self.links}
+
+    @property
+    def surface_buffers(self) -> dict[str, StorageBuffer]:
+        """The lists, and the surfaces of the pixels if these are taken apart."""
+        if self.front is None:
+            return self.list_buffers
+        return self.list_buffers | {"pixel_surface_block": self.front.pixels}
 
     @property
     def drawn_images(self) -> dict[str, Texture]:
@@ -225,6 +236,8 @@ class PartViewsPass:
         memory = _ViewMemory.of(surfaces, scratch)
         total = scratch.texture(f"{surfaces.name} sum", surfaces.coc.size, 4)
         blurring = _PartBlur(kernel, optics.disc, poles)
+        for _ in self._take_pixels_apart(surfaces, memory):
+            yield surfaces.pass_name
         for _ in self._add_view(memory, zone, total, None):  # begins the sum
             yield surfaces.pass_name
         for part in lens_parts(optics.disc, surfaces.coc.size, parts):
@@ -238,6 +251,17 @@ class PartViewsPass:
         yield scratch.end_pass(surfaces.pass_name)
         return PartViews(total, zone, surfaces.is_whole)
 
+    def _take_pixels_apart(self, surfaces: PartSurfaces, memory: _ViewMemory) -> Iterator[None]:
+        """Write the surfaces of each pixel for views of all depths; do nothing for other views."""
+        if surfaces.fragments is None or memory.front is None:
+            return
+        yield from self._bands.run(
+            self._program("pixels"),
+            surfaces.coc.size,
+            textures=surfaces.fragments.textures(),
+            buffers={"pixel_surface_block": memory.front.pixels},
+        )
+
     def _draw_view(
         self,
         surfaces: PartSurfaces,
@@ -247,19 +271,26 @@ class PartViewsPass:
     ) -> Iterator[None]:
         """Write the view of one part of the lens, and the diameters of the discs of that part."""
         uniforms = surfaces.uniforms | zone.tiles.uniforms | _part_uniforms(part)
-        front_limit = {"front_px": -FAR_FROM_PX} if surfaces.is_whole else {}
-        for name, own_uniforms, out_images in (
-            ("links", {}, {}),
-            ("view", front_limit, memory.drawn_images),
-        ):
-            yield from self._bands.run(
-                self._program(name, surfaces.is_whole, len(part)),
-                surfaces.coc.size,
-                uniforms | own_uniforms,
-                textures=surfaces.textures,
-                images=out_images,
-                buffers=surfaces.lists.buffers | zone.buffers | memory.list_buffers,
-            )
+        inputs = {
+            "textures": surfaces.textures,
+            "buffers": surfaces.lists.buffers | zone.buffers | memory.surface_buffers,
+        }
+        links, view = (
+            self._program(name, surfaces.is_whole, len(part)) for name in ("links", "view")
+        )
+        yield from self._bands.run(links, surfaces.coc.size, uniforms, **inputs)
+        yield from self._order_lists(surfaces.coc.size, memory)
+        if surfaces.is_whole:
+            uniforms |= {"front_px": -FAR_FROM_PX}
+        inputs |= {"images": memory.drawn_images}
+        yield from self._bands.run(view, surfaces.coc.size, uniforms, **inputs)
+
+    def _order_lists(self, size: tuple[int, int], memory: _ViewMemory) -> Iterator[None]:
+        """Put the surfaces in the list of each cell in order, near to far."""
+        cells = size[0] + 1, size[1] + 1
+        yield from self._bands.run(
+            self._program("order"), cells, {"cells": cells}, buffers=memory.list_buffers
+        )
 
     # What is in front of the focus is blurred as a layer of its own, because its blur spreads over
     # what is in focus, where the diffusion of one picture would stop.

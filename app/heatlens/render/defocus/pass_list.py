@@ -122,9 +122,8 @@ PASSES: tuple[Pass, ...] = (
     Pass(
         "far parts",  # the views of parts of the lens behind the focus
         _comp("part_links", "part_view", "part_sum", variants=({}, {"PART_VARIES": 1}))
-        | _comp(
-            "overlap_edges", "overlap_zone", "part_over", "part_mix", "guess_push", "guess_lists"
-        )
+        | _comp("overlap_edges", "overlap_zone", "part_order", "part_over", "part_mix")
+        | _comp("guess_push", "guess_lists")
         | _comp("guess_pull", variants=without_and_with("FIRST")),
         pass_costs.far_parts_bytes,
         _own_memory("far sum", "far zone"),
@@ -201,10 +200,11 @@ PASSES: tuple[Pass, ...] = (
     Pass(
         "whole parts",  # the views of parts of the lens around wide surfaces in front of the focus
         _comp("part_links", "part_view", "part_sum", variants=_WHOLE_PARTS)
-        | _comp("overlap_edges", variants=({"ALL_DEPTHS": 1},)),
+        | _comp("overlap_edges", variants=({"ALL_DEPTHS": 1},))
+        | _comp("part_pixels"),
         pass_costs.far_parts_bytes,
         _own_memory("whole sum", "whole zone"),
-        private_memory=_own_memory("front view", "front coc")
+        private_memory=_own_memory("front view", "front coc", "pixel surfaces")
         | {f"whole {name}": f"far {name}" for name in ("heads", "links", "tiles", "segments")}
         | {"whole zone rows": "far zone rows", "whole view": "layer", "whole coc": "layer coc"}
         | {"whole poles": "poles", "front state": "layer state"}
