@@ -4,7 +4,7 @@
 //
 // Inputs
 //   coc_tx    r signed coc (circle of confusion, diameter in pixels, negative in front of the focus)
-//   lib/part_surfaces.lib.glsl   the surfaces: fragments of lists, and pixels of the picture, with one numbering
+//   lib/surface_numbers.lib.glsl   the surfaces: fragments of lists, and pixels of the picture, with one numbering
 //   lib/lens_part.lib.glsl       the part of the lens
 //   lib/tile_mask.lib.glsl       the tiles in which the lists are read
 // Outputs
@@ -13,7 +13,7 @@
 //             (x, y). There is one row and one column of cells more than there are of pixels
 //   lib/part_link.lib.glsl   the links of the lists, in any order; part_order.comp.glsl puts them in order
 
-#include "lib/part_surfaces.lib.glsl"
+#include "lib/surface_numbers.lib.glsl"
 #include "lib/lens_part.lib.glsl"
 #include "lib/part_link.lib.glsl"
 #include "lib/tile_mask.lib.glsl"

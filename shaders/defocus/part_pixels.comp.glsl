@@ -10,7 +10,6 @@
 // Output
 //   lib/pixel_surface.lib.glsl
 
-#include "lib/fragment_list.lib.glsl"
 #include "lib/pixel_surface.lib.glsl"
 #include "lib/kind.lib.glsl"
 

@@ -6,7 +6,7 @@
 // of them with its bilinear weight. The known share of a pixel is the share that its surfaces cover.
 //
 // Inputs
-//   lib/part_surfaces.lib.glsl   the surfaces, by number; coc is their diameter of blur in pixels
+//   lib/surface_numbers.lib.glsl   the surfaces, by number; coc is their diameter of blur in pixels
 //   head_buf, lib/part_link.lib.glsl   the lists of the cells between pixels (part_links.comp.glsl), near to far
 //   lib/lens_part.lib.glsl       the part of the lens
 //   lib/tile_mask.lib.glsl       the tiles in which the view is needed
@@ -17,7 +17,7 @@
 //   out_front_img        ALL_DEPTHS: rgb times coverage, a coverage of what is in front of the focus
 //   out_front_state_img  ALL_DEPTHS: r diameter of the part's disc there, g coverage
 
-#include "lib/part_surfaces.lib.glsl"
+#include "lib/surface_numbers.lib.glsl"
 #include "lib/lens_part.lib.glsl"
 #include "lib/part_link.lib.glsl"
 #include "lib/tile_mask.lib.glsl"

@@ -6,6 +6,7 @@
 //                  surface. A list ends where the next one starts; an extra entry ends the last one.
 //   fragment_buf   the fragments of all lists, one after the other (lib/fragment_words.lib.glsl)
 
+#include "lib/fragment.lib.glsl"
 #include "lib/fragment_words.lib.glsl"
 #include "lib/focus_offset.lib.glsl"
 
@@ -16,12 +17,6 @@ uniform int lists_stride;     // pixels with lists in a row
 uniform vec2 fragment_line;   // x signed coc at infinity, y change of coc per dioptre; pixels
 uniform bool is_open;         // the space behind a list's last fragment is empty: the plate has alpha
 uniform bool is_alpha;        // the picture is the plate's alpha, which is 1 in every fragment
-
-struct Fragment {
-    vec3 color;
-    float cover;  // 0..1 of the pixel
-    float coc;    // signed, pixels
-};
 
 struct List {
     uint first, end;  // numbers of the first fragment, and of the one after the last

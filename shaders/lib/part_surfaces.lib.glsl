@@ -1,47 +1,14 @@
-// The surfaces that the parts of the lens see: fragments of lists, and the visible surface of pixels whose list does not
-// begin with it. Both have numbers: first the fragments, then the pixels of the picture.
-//
-// With ALL_DEPTHS the views show every surface, and without it only what is behind the focus. Pixels of silhouettes are
-// then taken apart, because their mixed colors would stay as specks where a near edge was: part_pixels.comp.glsl has
-// written the surfaces of each pixel. The nearer surface of a far rim (lib/kind.lib.glsl) has a number too, after all
-// pixels.
+// The surfaces that the parts of the lens see along the ray of a pixel: fragments of lists, and the visible surface of
+// pixels whose list does not begin with it. lib/surface_numbers.lib.glsl gives them numbers.
 //
 // Inputs
 //   the fragment lists (lib/fragment_list.lib.glsl)
 //   coc_tx     signed coc of the visible surface, pixels
-//   color_tx   rgb of the picture, without ALL_DEPTHS
-//   pixel_surface_buf   ALL_DEPTHS: the surfaces of part_pixels.comp.glsl
 
 #include "lib/fragment_list.lib.glsl"
 
 uniform sampler2D coc_tx;
-#ifdef ALL_DEPTHS
-#include "lib/pixel_surface.lib.glsl"
-#else
-uniform sampler2D color_tx;
-#endif
 uniform float least_px;     // coc from which the views show a surface
-uniform uint front_first;   // number of the first pixel of the picture: the number of fragments
-
-// The number of the visible surface of a pixel.
-uint front_index(ivec2 at) { return front_first + uint(at.y * textureSize(coc_tx, 0).x + at.x); }
-
-#ifdef ALL_DEPTHS
-// Number of the nearer surface that is mixed into a far rim pixel.
-uint mixed_index(ivec2 at) { return front_index(at) + uint(textureSize(coc_tx, 0).x * textureSize(coc_tx, 0).y); }
-#endif
-
-// The surface with this number: a fragment of a list, or the visible surface of a pixel.
-Fragment surface_number(uint number) {
-    if (number < front_first) return fragment_of(number);
-#ifdef ALL_DEPTHS
-    return pixel_surface(number - front_first);
-#else
-    int pixel = int(number - front_first), across = textureSize(coc_tx, 0).x;
-    ivec2 at = ivec2(pixel % across, pixel / across);
-    return Fragment(texelFetch(color_tx, at, 0).rgb, 1.0, texelFetch(coc_tx, at, 0).r);
-#endif
-}
 
 #define SAME_SURFACE 1.03  // relative distance within which surfaces add up to one
 #define COVERING 0.9          // share of a pixel from which a surface covers it

@@ -4,6 +4,9 @@
 //   1  blue and coverage, half floats
 //   2  signed coc in pixels, a float
 
+#include "lib/fragment.lib.glsl"
+#include "lib/fragment_words.lib.glsl"
+
 layout(std430) buffer pixel_surface_block { uint pixel_surface_buf[]; };
 
 #define SURFACE_WORDS 3u

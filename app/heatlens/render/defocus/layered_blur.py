@@ -2,10 +2,11 @@
 
 1. Split the picture into highlights and the rest.
 2. Split the mixed pixels of silhouettes (fragments).
-3. For each layer, in its visible tiles and at the size that its blur allows: blur (`LayerBlur`:
+3. Find the zones around wide surfaces before the focus, and the far field outside them.
+4. For each layer, in its visible tiles and at the size that its blur allows: blur (`LayerBlur`:
    split it off, fill hidden pixels, extend the coc, diffuse) and composite.
-4. Around wide surfaces before the focus, replace that by views of parts of the lens.
-5. Draw the highlights.
+5. In the zones, replace that by views of parts of the lens.
+6. Draw the highlights.
 """
 
 import math
@@ -105,9 +106,12 @@ class LayeredBlur:
             highlights = yield from self._split_highlights(source, kernel, optics, split)
             color, around = split.rest, split.around
             lists = None if split.lists is None else split.lists.lists_to_diffuse
-        surfaces = SeenSurfaces(color, coc, lists)
-        far = yield from self._parts.far_field(surfaces, optics, settings, source.may_guess)
         picture = yield from self._split_silhouettes(color, coc, optics, lists, around)
+        near = None
+        if sharp is None:
+            near = yield from self._parts.find_near_zone(picture, optics, settings)
+        surfaces = SeenSurfaces(color, coc, lists)
+        far = yield from self._parts.far_field(surfaces, optics, settings, source.may_guess, near)
         # While the far field fades in, a picture without it is mixed in: its start must not jump.
         fading_far = far if far is not None and far.zone.growth < 1.0 else None
         first_turn, second_turn = turn.halves if fading_far else (turn, turn)
@@ -120,8 +124,8 @@ class LayeredBlur:
             )
             self._passes.part_views.mix(without_far, fading_far, out)
             yield self._scratch.end_pass("composite")
-        if sharp is None:
-            yield from self._parts.replace_around_near_surfaces(picture, optics, settings, out)
+        if near is not None:
+            yield from self._parts.replace_around_near_surfaces(near, optics, settings, out)
         if highlights is not None:
             nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
             draw = self._passes.draw_highlights

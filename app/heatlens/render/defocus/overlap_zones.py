@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from heatlens.render.defocus.far_guess import FAR_PARTS, FRAGMENT_BYTES, GUESSED_FROM_PX
@@ -26,6 +27,7 @@ _FEATHER_PX = 2 * FAR_BLOCK  # part_over.comp.glsl uses the parts so far beyond 
 _KNOWN_EDGES: dict[str, object] = {"nearest_px": 0.0, "thin_coc_px": 4.5}
 _GUESSED_EDGES: dict[str, object] = {"nearest_px": GUESSED_FROM_PX, "thin_coc_px": 16.0}
 FRONT_FROM_PX = 4.0  # least coc of a wide surface in front of the focus whose edge makes a zone
+NEAR_ZONES = "near zones"  # name of the pass that finds zones around wide near surfaces
 WHOLE_PARTS = "whole parts"  # name of the step for views of all surfaces
 _ALL_PX = -1e30  # smaller than every coc
 
@@ -80,7 +82,7 @@ class PartSurfaces:
 
     @property
     def textures(self) -> dict[str, Texture]:
-        """The textures of lib/part_surfaces.lib.glsl."""
+        """The textures of lib/surface_numbers.lib.glsl."""
         return {"coc_tx": self.coc} | ({} if self.is_whole else {"color_tx": self.color})
 
     @property
@@ -92,11 +94,14 @@ class PartSurfaces:
     @property
     def uniforms(self) -> dict[str, object]:
         """The uniforms of lib/part_surfaces.lib.glsl."""
-        own_uniforms: dict[str, object] = {
-            "least_px": _ALL_PX if self.least_px is None else self.least_px,
-            "front_first": self.front_first,
+        return self.lists.uniforms | {
+            "least_px": _ALL_PX if self.least_px is None else self.least_px
         }
-        return self.lists.uniforms | own_uniforms
+
+    @property
+    def number_uniforms(self) -> dict[str, object]:
+        """The uniforms of lib/surface_numbers.lib.glsl."""
+        return self.uniforms | {"front_first": self.front_first}
 
 
 @dataclass(frozen=True)
@@ -107,11 +112,13 @@ class OverlapZone:
             pixels^2 (part_over.comp.glsl)
     tiles   the tiles in which the view of a part is needed
     growth  how far the zones have grown since they appeared, above 0 up to 1
+    least_shares  (rows, columns) of blocks, 0 to 1: the least weight of the view in each block
     """
 
     blocks: Texture
     tiles: TileMask
     growth: float
+    least_shares: NDArray[np.float32]
 
     @property
     def buffers(self) -> dict[str, StorageBuffer]:
@@ -127,21 +134,31 @@ class OverlapZones:
         self._programs: dict[tuple[str, bool], ComputeProgram] = {}
 
     def find(
-        self, surfaces: PartSurfaces, optics: Optics, parts: int, scratch: Scratch
+        self,
+        surfaces: PartSurfaces,
+        optics: Optics,
+        parts: int,
+        scratch: Scratch,
+        covering: OverlapZone | None = None,
     ) -> OverlapZone | None:
         """Return the zones for `parts` parts of the lens, or None if there are none.
 
-        It waits for the GPU.
+        Zones fade out where those of `covering` replace the picture in any case. It waits for the
+        GPU.
         """
         blocks = self._spread_edges(surfaces, optics, parts, scratch)
-        excess_px_2 = np.frombuffer(blocks.read(), np.float32).reshape(*blocks.size[::-1], 2)
+        excess_px_2 = np.frombuffer(blocks.read(), np.float32).reshape(*blocks.size[::-1], 2).copy()
+        if covering is not None:
+            excess_px_2[..., 0] *= 1.0 - covering.least_shares
+            blocks.write(excess_px_2.tobytes())
         in_zone = (excess_px_2[..., 0] > 0.0) & (excess_px_2[..., 1] < FAR_WHOLE_PX_2)
         if not in_zone.any():
             return None
         radius_px = max(optics.disc.half_extents) * surfaces.widest_px(optics) / 2
         margin_px = radius_px * _part_scale(surfaces, parts) + _FEATHER_PX
         growth = min(float(excess_px_2[..., 0].max()) / FAR_WHOLE_PX_2, 1.0)
-        return OverlapZone(blocks, self._find_tiles(in_zone, surfaces, margin_px, scratch), growth)
+        tiles = self._find_tiles(in_zone, surfaces, margin_px, scratch)
+        return OverlapZone(blocks, tiles, growth, least_shares(excess_px_2))
 
     # Parts are used in zones only, because for the whole picture they were worse than layers where
     # surfaces do not overlap (a corridor: FLIP .0261, in zones .0174, in layers alone .0167). The
@@ -162,7 +179,7 @@ class OverlapZones:
         zone, zone_rows = (scratch.texture(f"{name} {it}", size, 2) for it in ("zone", "zone rows"))
         self._program("edges", surfaces.defines).dispatch(
             pixel_groups(size),
-            textures=surfaces.textures,
+            textures={"coc_tx": surfaces.coc},
             images={"out_zone_img": zone},
             buffers=surfaces.lists.buffers,
             uniforms=surfaces.uniforms
@@ -211,6 +228,20 @@ class OverlapZones:
                 self._ctx, f"defocus/overlap_{name}.comp.glsl", defines
             )
         return self._programs[key]
+
+
+def least_shares(excess_px_2: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return for each block (rows, columns) the least weight, 0 to 1, of the views at its pixels.
+
+    `excess_px_2` (rows, columns, 2) is what `OverlapZone.blocks` has. A pixel's weight is a mean
+    over blocks up to two away (part_over.comp.glsl), so that it is at least the least of these.
+    """
+    wide, thin = np.moveaxis(np.clip(excess_px_2 / FAR_WHOLE_PX_2, 0.0, 1.0), -1, 0)
+    shares = wide * (1.0 - thin)
+    for axis in (0, 1):
+        padded = np.pad(shares, [(2, 2) if axis == it else (0, 0) for it in (0, 1)], mode="edge")
+        shares = sliding_window_view(padded, 5, axis=axis).min(axis=-1)
+    return np.asarray(shares)
 
 
 def tiles_near(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]:

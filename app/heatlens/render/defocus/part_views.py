@@ -16,23 +16,21 @@ from numpy.typing import NDArray
 from heatlens.core.model.lens.disc_shape import DiscShape
 from heatlens.core.model.shot.settings import LAYERS_MAX
 from heatlens.render.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
-from heatlens.render.defocus.far_guess import WORD_BYTES
 from heatlens.render.defocus.kernels import Kernel
 from heatlens.render.defocus.layer_cuts import Cut, LayerCut
 from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.lens_parts import lens_parts
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.overlap_zones import OverlapZone, OverlapZones, PartSurfaces
+from heatlens.render.defocus.part_memory import ViewMemory
 from heatlens.render.defocus.pixel_list import PixelBands
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
-from heatlens.render.gpu.device import Buffer, Device, StorageBuffer, Texture, TextureArray
+from heatlens.render.gpu.device import Device, Texture, TextureArray
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
 FAR_FROM_PX = 1.5  # coc, in pixels at full size, from which a surface belongs to the far field
 _SOFTNESS = 0.2  # half width of the transition at that cut, as a share of its coc
-_LINK_BYTES = 12  # bytes for each surface in lib/part_link.lib.glsl
-_PIXEL_BYTES = 24  # bytes for the two surfaces of each pixel in lib/pixel_surface.lib.glsl
 # The layer in front of the focus, for the fill of its coc, which only asks on which side it is.
 _IN_FRONT = LayerCut(Cut(-math.inf, 0.0), Cut(-FAR_FROM_PX, 0.0), is_before_focus=True)
 # Known share of a pixel from which views are used. Where views of all depths do not know what is
@@ -83,95 +81,6 @@ class PartViews:
 
 
 @dataclass(frozen=True)
-class _FrontMemory:
-    """The memory for the pixels taken apart, and for what a part sees in front of the focus.
-
-    pixels  the surfaces of each pixel (part_pixels.comp.glsl), the same for all parts
-    view   RGBA, rgb times coverage, a coverage; then the same, blurred
-    state  RG, diameter of the part's disc in pixels and coverage, as that of a `Layer`
-    coc    that diameter, extended beyond the surfaces
-    rows   scratch memory of `CocFillPass`
-    """
-
-    pixels: Buffer
-    view: Texture
-    state: Texture
-    coc: Texture
-    rows: tuple[Buffer, Buffer]
-
-    @staticmethod
-    def of(size: tuple[int, int], scratch: Scratch) -> "_FrontMemory":
-        """Return the memory for a view of the size of the picture."""
-        row_bytes = CocFillPass.rows_bytes(size)
-        return _FrontMemory(
-            scratch.buffer("pixel surfaces", _PIXEL_BYTES * size[0] * size[1]),
-            scratch.texture("front view", size, 4),
-            scratch.texture("front state", size, 2),
-            scratch.texture("front coc", size, 1),
-            (
-                scratch.buffer("front fill diameters", row_bytes),
-                scratch.buffer("front fill weights", row_bytes),
-            ),
-        )
-
-
-@dataclass(frozen=True)
-class _ViewMemory:
-    """The memory for the view of one part of the lens, which all parts use in turn.
-
-    view   RGBA of the view; then the same, blurred
-    coc    diameter of the part's disc at each pixel, in pixels
-    front  what is in front of the focus, if the views show that too
-    heads  the last surface in the list of each pixel (part_links.comp.glsl)
-    links  for each surface, the previous one of its list
-    """
-
-    view: Texture
-    coc: Texture
-    heads: Buffer
-    links: Buffer
-    front: _FrontMemory | None
-
-    @staticmethod
-    def of(surfaces: PartSurfaces, scratch: Scratch) -> "_ViewMemory":
-        """Return the memory for a view of the size of the picture."""
-        (width, height), name = surfaces.coc.size, surfaces.name
-        return _ViewMemory(
-            scratch.texture(f"{name} view", (width, height), 4),
-            scratch.texture(f"{name} coc", (width, height), 1),
-            scratch.buffer(f"{name} heads", WORD_BYTES * (width + 1) * (height + 1)),
-            scratch.buffer(f"{name} links", _LINK_BYTES * surfaces.surface_count),
-            _FrontMemory.of((width, height), scratch) if surfaces.is_whole else None,
-        )
-
-    @property
-    def list_buffers(self) -> dict[str, StorageBuffer]:
-        """The lists of the surfaces that have moved to each cell."""
-        return {"head_block": self.heads, "link_block": self.links}
-
-    @property
-    def surface_buffers(self) -> dict[str, StorageBuffer]:
-        """The lists, and the surfaces of the pixels if these are taken apart."""
-        if self.front is None:
-            return self.list_buffers
-        return self.list_buffers | {"pixel_surface_block": self.front.pixels}
-
-    @property
-    def drawn_images(self) -> dict[str, Texture]:
-        """The outputs of part_view.comp.glsl."""
-        images = {"out_view_img": self.view, "out_coc_img": self.coc}
-        if self.front is not None:
-            images |= {"out_front_img": self.front.view, "out_front_state_img": self.front.state}
-        return images
-
-    @property
-    def summed_textures(self) -> dict[str, Texture]:
-        """The inputs of part_sum.comp.glsl."""
-        front = {} if self.front is None else {"front_tx": self.front.view}
-        return {"view_tx": self.view} | front
-
-
-@dataclass(frozen=True)
 class _PartBlur:
     """How the view of a part is blurred: its kernel, the shape of the disc, and scratch memory."""
 
@@ -214,26 +123,32 @@ class PartViewsPass:
             )
         return self._programs[key]
 
+    def find_zone(
+        self,
+        surfaces: PartSurfaces,
+        optics: Optics,
+        parts: int,
+        scratch: Scratch,
+        covering: OverlapZone | None = None,
+    ) -> OverlapZone | None:
+        """Return where the views of `parts` parts replace layers, see `OverlapZones.find`."""
+        return self._zones.find(surfaces, optics, parts, scratch, covering)
+
     def steps(
         self,
         surfaces: PartSurfaces,
+        zone: OverlapZone,
         optics: Optics,
         parts: int,
         kernel: Kernel,
         poles: TextureArray,
         scratch: Scratch,
-    ) -> Steps[PartViews | None]:
-        """Diffuse the view of each of the `parts` of the lens; return the mean view and its zone.
+    ) -> Steps[PartViews]:
+        """Diffuse the view of each of the `parts` of the lens in `zone`, and return the mean view.
 
-        `kernel` is the disc of a part, and `poles` is scratch memory for the blur. Return None if
-        surfaces of different blur overlap nowhere, so that there is no zone.
+        `kernel` is the disc of a part, and `poles` is scratch memory for the blur.
         """
-        zone = self._zones.find(surfaces, optics, parts, scratch)
-        yield surfaces.pass_name
-        if zone is None:
-            scratch.end_pass(surfaces.pass_name)
-            return None
-        memory = _ViewMemory.of(surfaces, scratch)
+        memory = ViewMemory.of(surfaces, scratch)
         total = scratch.texture(f"{surfaces.name} sum", surfaces.coc.size, 4)
         blurring = _PartBlur(kernel, optics.disc, poles)
         for _ in self._take_pixels_apart(surfaces, memory):
@@ -251,7 +166,7 @@ class PartViewsPass:
         yield scratch.end_pass(surfaces.pass_name)
         return PartViews(total, zone, surfaces.is_whole)
 
-    def _take_pixels_apart(self, surfaces: PartSurfaces, memory: _ViewMemory) -> Iterator[None]:
+    def _take_pixels_apart(self, surfaces: PartSurfaces, memory: ViewMemory) -> Iterator[None]:
         """Write the surfaces of each pixel for views of all depths; do nothing for other views."""
         if surfaces.fragments is None or memory.front is None:
             return
@@ -267,25 +182,26 @@ class PartViewsPass:
         surfaces: PartSurfaces,
         zone: OverlapZone,
         part: NDArray[np.float64],
-        memory: _ViewMemory,
+        memory: ViewMemory,
     ) -> Iterator[None]:
         """Write the view of one part of the lens, and the diameters of the discs of that part."""
-        uniforms = surfaces.uniforms | zone.tiles.uniforms | _part_uniforms(part)
-        inputs = {
-            "textures": surfaces.textures,
-            "buffers": surfaces.lists.buffers | zone.buffers | memory.surface_buffers,
-        }
+        uniforms = surfaces.number_uniforms | zone.tiles.uniforms | _part_uniforms(part)
+        textures = surfaces.textures
+        buffers = surfaces.lists.buffers | zone.buffers | memory.surface_buffers
+        size = surfaces.coc.size
         links, view = (
             self._program(name, surfaces.is_whole, len(part)) for name in ("links", "view")
         )
-        yield from self._bands.run(links, surfaces.coc.size, uniforms, **inputs)
-        yield from self._order_lists(surfaces.coc.size, memory)
+        yield from self._bands.run(links, size, uniforms, textures=textures, buffers=buffers)
+        yield from self._order_lists(size, memory)
         if surfaces.is_whole:
             uniforms |= {"front_px": -FAR_FROM_PX}
-        inputs |= {"images": memory.drawn_images}
-        yield from self._bands.run(view, surfaces.coc.size, uniforms, **inputs)
+        images = memory.drawn_images
+        yield from self._bands.run(
+            view, size, uniforms, textures=textures, images=images, buffers=buffers
+        )
 
-    def _order_lists(self, size: tuple[int, int], memory: _ViewMemory) -> Iterator[None]:
+    def _order_lists(self, size: tuple[int, int], memory: ViewMemory) -> Iterator[None]:
         """Put the surfaces in the list of each cell in order, near to far."""
         cells = size[0] + 1, size[1] + 1
         yield from self._bands.run(
@@ -295,7 +211,7 @@ class PartViewsPass:
     # What is in front of the focus is blurred as a layer of its own, because its blur spreads over
     # what is in focus, where the diffusion of one picture would stop.
     def _blur_view(
-        self, memory: _ViewMemory, zone: OverlapZone, blurring: "_PartBlur"
+        self, memory: ViewMemory, zone: OverlapZone, blurring: "_PartBlur"
     ) -> Iterator[None]:
         """Blur the view of one part of the lens by the disc of that part."""
         yield from self._blur.steps(*blurring.of(memory.view, memory.coc), zone.tiles)
@@ -313,7 +229,7 @@ class PartViewsPass:
 
     def _add_view(
         self,
-        memory: _ViewMemory,
+        memory: ViewMemory,
         zone: OverlapZone,
         total: Texture,
         part: NDArray[np.float64] | None,

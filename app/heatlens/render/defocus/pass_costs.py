@@ -201,6 +201,11 @@ def far_parts_bytes(work: Work, runs: int) -> Traffic:
     return Traffic(runs * moved, None, at_least=True)
 
 
+def near_zones_bytes(work: Work, runs: int) -> Traffic:
+    """Count the bytes of the coc that is searched for edges; the lists depend on the plate."""
+    return Traffic(runs * 4, None, at_least=True)
+
+
 def limits_bytes(work: Work, runs: int) -> Traffic:
     """Count the bytes of one picture, read and written in place."""
     return Traffic(runs * 2 * _COLOR, runs * 2 * _COLOR)

@@ -120,6 +120,21 @@ PASSES: tuple[Pass, ...] = (
         | {"highlight tally": "hidden blocks"},
     ),
     Pass(
+        "fragments",  # the picture is split at its silhouettes
+        _comp("fragments_find", "fragments_own", "fragments_far", "fragments_near", variants=_LISTS)
+        | _comp("fragments_thin"),
+        pass_costs.fragments_bytes,
+        _own_memory("kind", "far", "near", "tile content", "tile nearest", "out", "alpha out"),
+        private_memory={"rim list": "pixel list", "thin list": "hidden blocks"},
+    ),
+    Pass(
+        "near zones",  # where views of parts of the lens replace all layers
+        _comp("overlap_edges", variants=({"ALL_DEPTHS": 1},)) | _comp("overlap_zone"),
+        pass_costs.near_zones_bytes,
+        _own_memory("whole zone", "whole tiles", "whole segments"),
+        private_memory={"whole zone rows": "far zone rows"},
+    ),
+    Pass(
         "far parts",  # the views of parts of the lens behind the focus
         _comp("part_links", "part_view", "part_sum", variants=({}, {"PART_VARIES": 1}))
         | _comp("overlap_edges", "overlap_zone", "part_order", "part_over", "part_mix")
@@ -132,14 +147,6 @@ PASSES: tuple[Pass, ...] = (
         )
         | _own_memory("guess starts", "guess words", "guess levels")
         | {"far view": "layer", "far coc": "layer coc", "far poles": "poles"},
-    ),
-    Pass(
-        "fragments",  # the picture is split at its silhouettes
-        _comp("fragments_find", "fragments_own", "fragments_far", "fragments_near", variants=_LISTS)
-        | _comp("fragments_thin"),
-        pass_costs.fragments_bytes,
-        _own_memory("kind", "far", "near", "tile content", "tile nearest", "out", "alpha out"),
-        private_memory={"rim list": "pixel list", "thin list": "hidden blocks"},
     ),
     Pass(
         "tiles",
@@ -199,14 +206,12 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "whole parts",  # the views of parts of the lens around wide surfaces in front of the focus
-        _comp("part_links", "part_view", "part_sum", variants=_WHOLE_PARTS)
-        | _comp("overlap_edges", variants=({"ALL_DEPTHS": 1},))
-        | _comp("part_pixels"),
+        _comp("part_links", "part_view", "part_sum", variants=_WHOLE_PARTS) | _comp("part_pixels"),
         pass_costs.far_parts_bytes,
-        _own_memory("whole sum", "whole zone"),
+        _own_memory("whole sum"),
         private_memory=_own_memory("front view", "front coc", "pixel surfaces")
-        | {f"whole {name}": f"far {name}" for name in ("heads", "links", "tiles", "segments")}
-        | {"whole zone rows": "far zone rows", "whole view": "layer", "whole coc": "layer coc"}
+        | {f"whole {name}": f"far {name}" for name in ("heads", "links")}
+        | {"whole view": "layer", "whole coc": "layer coc"}
         | {"whole poles": "poles", "front state": "layer state"}
         | {"front fill diameters": "pixel list", "front fill weights": "hidden blocks"},
     ),
@@ -221,6 +226,8 @@ PASSES: tuple[Pass, ...] = (
                 "far zone",
                 "whole sum",
                 "whole zone",
+                "whole tiles",
+                "whole segments",
                 "tile mask",
                 "tile list",
                 "line segments",
