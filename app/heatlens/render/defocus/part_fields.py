@@ -66,7 +66,7 @@ class PartFields:
         return None if zone is None else NearZone(surfaces, zone)
 
     # Where views of all depths replace the picture, a far field would be drawn for nothing: a
-    # window behind leaves took 10.2 times the processor time of film, 7 to 9 without it.
+    # window behind leaves took 10.2 times the processor time of film, and 9.0 without it.
     def far_field(
         self,
         seen: SeenSurfaces,
