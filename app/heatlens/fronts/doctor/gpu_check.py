@@ -181,7 +181,9 @@ def pass_builds() -> list[Build]:
     """Return the builds of all other shaders, in each variant that the program or a scene uses."""
     declared: dict[str, Variants] = _variants_outside_passes()
     for blur_pass in pass_list.PASSES:
-        declared |= blur_pass.shaders
+        for name, variants in blur_pass.shaders.items():  # a file may belong to several passes
+            known = declared.get(name, ())
+            declared[name] = *known, *(defines for defines in variants if defines not in known)
     names = sorted((shader_names() - set(_STRATEGIES)) | declared.keys())
     return [(name, dict(defines)) for name in names for defines in declared.get(name, PLAIN)]
 

@@ -107,9 +107,8 @@ class LayeredBlur:
             color, around = split.rest, split.around
             lists = None if split.lists is None else split.lists.lists_to_diffuse
         picture = yield from self._split_silhouettes(color, coc, optics, lists, around)
-        near = None
-        if sharp is None:
-            near = yield from self._parts.find_near_zone(picture, optics, settings)
+        find_near = self._parts.find_near_zone(picture, optics, settings)
+        near = (yield from find_near) if sharp is None else None
         surfaces = SeenSurfaces(color, coc, lists)
         far = yield from self._parts.far_field(surfaces, optics, settings, source.may_guess, near)
         # While the far field fades in, a picture without it is mixed in: its start must not jump.
@@ -127,10 +126,7 @@ class LayeredBlur:
         if near is not None:
             yield from self._parts.replace_around_near_surfaces(near, optics, settings, out)
         if highlights is not None:
-            nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
-            draw = self._passes.draw_highlights
-            steps = draw.steps(highlights, picture, nearest, optics, out, sharp)
-            yield from self._scratch.run_pass("highlights drawn", steps)
+            yield from self._draw_highlights(highlights, picture, optics, out, sharp)
         self._scratch.end_pass("highlights drawn")  # without highlights too; no work, so no step
         return out
 
@@ -220,6 +216,20 @@ class LayeredBlur:
         )
         yield from self._scratch.run_pass("highlights listed", list_steps)
         return highlights
+
+    def _draw_highlights(
+        self,
+        highlights: HighlightBuffers,
+        picture: Fragments,
+        optics: Optics,
+        out: Texture,
+        sharp: SharpPart | None,
+    ) -> Steps[None]:
+        """Draw the highlights over the blurred picture, among its surfaces."""
+        nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
+        draw = self._passes.draw_highlights
+        steps = draw.steps(highlights, picture, nearest, optics, out, sharp)
+        yield from self._scratch.run_pass("highlights drawn", steps)
 
     def _split_silhouettes(
         self,
