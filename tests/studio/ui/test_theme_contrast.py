@@ -50,6 +50,45 @@ def text_pairs(p: Palette) -> dict:
         "what a recent file is": (p.text_dim, ground(p, p.start_ground)),
         "the words of a card": (p.text_dim, window),
         "the words of a chosen card": (p.text_dim, p.style[_Col.frame_bg]),
+        "limits of what is sharp, in figures": (p.in_focus, window),
+        **{
+            f"{words} on {name}": (color, below)
+            for words, color in {
+                "red": p.bad,
+                "what is recorded": p.recorded,
+                "amber": p.live,
+                "the needle's amber": p.accent,
+                "grey": p.dim,
+                "hints": p.style[_Col.text_disabled],
+            }.items()
+            for name, below in {
+                "a field": p.style[_Col.frame_bg],
+                "a button": p.style[_Col.button],
+                "the status bar": bar,
+            }.items()
+        },
+    }
+
+
+def faded(p: Palette, color, below):
+    """Return a color of a control that cannot be used, over what is below it."""
+    share = p.disabled_alpha
+    return tuple(
+        share * top + (1 - share) * low for top, low in zip(rgb(color), rgb(below), strict=True)
+    )
+
+
+def disabled_pairs(p: Palette) -> dict:
+    window, popup = p.style[_Col.window_bg], p.style[_Col.popup_bg]
+    fills = {"field": p.style[_Col.frame_bg], "button": p.style[_Col.button]}
+    faded_fills = {name: faded(p, fill, window) for name, fill in fills.items()}
+    return {
+        "words of a label": (faded(p, p.style[_Col.text_disabled], window), window),
+        "words of a menu": (p.style[_Col.text_disabled], popup),
+        **{
+            f"words of a {name}": (faded(p, p.style[_Col.text], fill), fill)
+            for name, fill in faded_fills.items()
+        },
     }
 
 
@@ -68,6 +107,9 @@ def line_pairs(p: Palette) -> dict:
         "frames in memory": (p.ready, p.groove),
         "rendered frames": (p.rendered, p.groove),
         "damaged frames": (p.damaged, p.groove),
+        "the rim of a control": (p.style[_Col.border], p.style[_Col.window_bg]),
+        "the rim of a control in a popup": (p.style[_Col.border], p.style[_Col.popup_bg]),
+        "a button that is on": (p.style[_Col.check_mark], p.style[_Col.window_bg]),
         "a slider": (p.style[_Col.slider_grab], p.style[_Col.frame_bg]),
         "a tick": (p.style[_Col.check_mark], p.style[_Col.checkbox_selected_bg]),
         "the tab in front": (p.style[_Col.tab_selected_overline], p.style[_Col.tab_selected]),
@@ -95,6 +137,19 @@ def contrast(color, other_color) -> float:
 @PALETTES
 def test_text_has_a_contrast_of_at_least_4_5(p):
     assert not [name for name, pair in text_pairs(p).items() if contrast(*pair) < 4.5]
+
+
+@PALETTES
+def test_words_of_disabled_controls_have_a_contrast_of_at_least_4_5(p):
+    assert not [name for name, pair in disabled_pairs(p).items() if contrast(*pair) < 4.5]
+
+
+def test_every_control_has_a_rim_in_both_themes(gui):
+    for palette in (DARK, LIGHT):
+        theme.paint(palette)
+        assert imgui.get_style().frame_border_size >= 1.0
+        assert imgui.get_style().disabled_alpha == pytest.approx(palette.disabled_alpha)
+    theme.paint(DARK)
 
 
 @PALETTES

@@ -22,12 +22,12 @@ _Rgb = tuple[float, float, float]
 # ImGui's own colors in the dark and in the light theme, components 0 to 1.
 _STYLE: Mapping[int, tuple[_Rgb, _Rgb]] = {
     _Col.text: ((0.88, 0.88, 0.88), (0.09, 0.09, 0.09)),
-    _Col.text_disabled: ((0.56, 0.56, 0.57), (0.35, 0.35, 0.36)),
+    _Col.text_disabled: ((0.72, 0.72, 0.73), (0.27, 0.27, 0.28)),
     _Col.window_bg: ((0.145, 0.145, 0.147), (0.90, 0.90, 0.901)),
     _Col.child_bg: ((0.145, 0.145, 0.147), (0.90, 0.90, 0.901)),
     _Col.popup_bg: ((0.17, 0.17, 0.172), (0.95, 0.95, 0.951)),
-    _Col.border: ((0.25, 0.25, 0.25), (0.58, 0.58, 0.58)),
-    _Col.frame_bg: ((0.21, 0.21, 0.212), (0.98, 0.98, 0.981)),
+    _Col.border: ((0.46, 0.46, 0.46), (0.50, 0.50, 0.50)),
+    _Col.frame_bg: ((0.18, 0.18, 0.181), (0.98, 0.98, 0.981)),
     _Col.frame_bg_hovered: ((0.26, 0.26, 0.262), (0.94, 0.94, 0.941)),
     _Col.frame_bg_active: ((0.31, 0.31, 0.312), (0.86, 0.86, 0.861)),
     _Col.title_bg: ((0.115, 0.115, 0.116), (0.82, 0.82, 0.821)),
@@ -43,13 +43,13 @@ _STYLE: Mapping[int, tuple[_Rgb, _Rgb]] = {
     _Col.header: ((0.24, 0.24, 0.24), (0.80, 0.80, 0.80)),
     _Col.header_hovered: ((0.30, 0.30, 0.30), (0.75, 0.75, 0.75)),
     _Col.header_active: ((0.34, 0.34, 0.34), (0.70, 0.70, 0.70)),
-    _Col.button: ((0.25, 0.25, 0.252), (0.79, 0.79, 0.791)),
-    _Col.button_hovered: ((0.33, 0.33, 0.332), (0.73, 0.73, 0.731)),
-    _Col.button_active: ((0.40, 0.40, 0.40), (0.66, 0.66, 0.66)),
+    _Col.button: ((0.22, 0.22, 0.222), (0.86, 0.86, 0.861)),
+    _Col.button_hovered: ((0.31, 0.31, 0.312), (0.79, 0.79, 0.791)),
+    _Col.button_active: ((0.40, 0.40, 0.40), (0.70, 0.70, 0.70)),
     _Col.slider_grab: (_BRIGHT_KNOB, _DARK_KNOB),
     _Col.slider_grab_active: ((0.90, 0.90, 0.90), (0.22, 0.22, 0.22)),
     _Col.check_mark: (_BRIGHT_KNOB, _DARK_KNOB),
-    _Col.checkbox_selected_bg: ((0.21, 0.21, 0.212), (0.98, 0.98, 0.981)),
+    _Col.checkbox_selected_bg: ((0.18, 0.18, 0.181), (0.98, 0.98, 0.981)),
     _Col.plot_histogram: ((0.36, 0.36, 0.36), (0.74, 0.74, 0.74)),  # figures on it stay readable
     _Col.plot_histogram_hovered: ((0.36, 0.36, 0.36), (0.74, 0.74, 0.74)),
     _Col.separator: ((0.25, 0.25, 0.25), _LINE),
@@ -115,11 +115,12 @@ class Palette:
     status_ground  background of the status bar; `start_ground` of the start screen
     dimming        drawn over everything behind a dialog
     style          ImGui's own colors, components 0 to 1
+    disabled_alpha how opaque controls are that cannot be used
     """
 
-    accent = _packed_pair((242, 169, 59), (168, 92, 0))
+    accent = _packed_pair((242, 169, 59), (143, 77, 0))
     on_accent = _packed_pair((24, 18, 8), (255, 255, 255))
-    in_focus = _packed_pair((90, 200, 110), (24, 120, 48))
+    in_focus = _packed_pair((90, 200, 110), (20, 112, 44))
     in_focus_band = _packed_pair((90, 200, 110, 0.28), (40, 150, 66, 0.26))
     hyperfocal = _packed_pair((200, 200, 205), (60, 60, 66))
     histogram = _packed_pair((128, 130, 136), (120, 122, 128))
@@ -142,20 +143,21 @@ class Palette:
     fringe_red = _packed_pair((240, 70, 60))
     fringe_blue = _packed_pair((70, 110, 250))
     disc_ground = _packed_pair((0, 0, 0, 0.0), (37, 37, 37))
-    recorded = _packed_pair((240, 92, 82), (200, 40, 30))
+    recorded = _packed_pair((252, 122, 112), (180, 30, 24))
     tolerance_band = _packed_pair((206, 226, 92, 0.42), (140, 160, 0, 0.40))
     status_ground = _packed_pair((0, 0, 0, 0.0), (218, 218, 219))
     start_ground = _packed_pair((0, 0, 0, 0.0), (243, 243, 243))
     armed_button = _text_color_pair((0.42, 0.14, 0.12), (0.97, 0.74, 0.70))
     trial = _text_color_pair((0.45, 0.75, 1.0), (0.0, 0.34, 0.68))
-    bad = _text_color_pair((1.0, 0.45, 0.4), (0.70, 0.07, 0.05))
+    bad = _text_color_pair((1.0, 0.48, 0.43), (0.70, 0.07, 0.05))
     message = _text_color_pair((0.80, 0.80, 0.80), (0.16, 0.16, 0.16))
-    live = _text_color_pair((0.95, 0.66, 0.23), (0.66, 0.36, 0.0))
-    dim = _text_color_pair((0.6, 0.6, 0.61), (0.35, 0.35, 0.36))
+    live = _text_color_pair((0.95, 0.66, 0.23), (0.56, 0.30, 0.0))
+    dim = _text_color_pair((0.72, 0.72, 0.73), (0.27, 0.27, 0.28))
     dimming = _text_color_pair((0.0, 0.0, 0.0, 0.5), (0.0, 0.0, 0.0, 0.35))
 
     def __init__(self, is_light: bool) -> None:
         self.is_light = is_light
+        self.disabled_alpha = 0.8 if is_light else 0.7  # words stay legible
         self.style = {slot: pair[is_light] for slot, pair in _STYLE.items()}
 
 
@@ -209,7 +211,8 @@ def paint(palette: Palette) -> None:
     for slot, color in palette.style.items():
         style.set_color_(slot, ImVec4(*color, 1.0))
     style.set_color_(imgui.Col_.modal_window_dim_bg, palette.dimming)
-    style.frame_border_size = 1.0 if palette.is_light else 0.0  # for white on gray
+    style.frame_border_size = 1.0  # what can be pressed has a rim that is seen
+    style.disabled_alpha = palette.disabled_alpha
 
 
 @contextmanager

@@ -30,7 +30,7 @@ def rendered_words(desk: TimeDesk) -> str:
 
 
 def rendered_label(desk: TimeDesk, view: TimelineView) -> None:
-    """Draw the progress text as a button in the current row."""
+    """Draw the progress as a button in the current row."""
     words = rendered_words(desk)
     if not words:
         return
@@ -45,12 +45,8 @@ def rendered_label(desk: TimeDesk, view: TimelineView) -> None:
     if not fitting_words:  # no second row, which would push the keys out; the blue bar shows it too
         imgui.new_line()
         return
-    imgui.push_style_color(imgui.Col_.button, theme.NOTHING)
-    imgui.push_style_var(imgui.StyleVar_.frame_border_size, 0.0)
     with texts.colored(theme.colors.message if is_preview else theme.colors.dim):
         is_pressed = widgets.button(f"{fitting_words}###rendered frames", "rendered frames")
-    imgui.pop_style_var()
-    imgui.pop_style_color()
     texts.tooltip(_TIP)
     if is_pressed:
         view.open_frames_popup()
