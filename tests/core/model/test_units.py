@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.units import (
     format_distance,
+    label_distance,
     is_bare_number,
     parse_distance_m,
     parse_scene_unit_m,
@@ -105,6 +106,33 @@ def test_parse_scene_unit_rejects_impossible_units(text):
 def test_format_distance_in_meters_and_feet(distance_m, metres, feet):
     assert format_distance(distance_m) == metres
     assert format_distance(distance_m, "ft") == feet
+
+
+@pytest.mark.parametrize(
+    ("distance_m", "metres", "feet"),
+    [
+        (0.1235, "12 cm", '4.862"'),
+        (0.00367, "0.37 cm", '0.1445"'),
+        (0.9883, "0.99 m", "3'3\""),
+        (0.9996, "1 m", "3'3\""),
+        (3.759, "3.76 m", "12'4\""),
+        (9.996, "10 m", "32'10\""),
+        (52.08, "52 m", "170'10\""),
+        (1234.5, "1200 m", "4050'2\""),
+        (-1.905, "-1.91 m", "-6'3\""),
+        (math.inf, "inf", "inf"),
+        (math.nan, "unknown", "unknown"),
+    ],
+)
+def test_label_distance_in_meters_and_feet(distance_m, metres, feet):
+    assert label_distance(distance_m) == metres
+    assert label_distance(distance_m, "ft") == feet
+
+
+@given(st.floats(1e-4, 1e4))
+def test_label_distance_differs_by_at_most_half_a_digit(distance_m):
+    error = 5.01e-3 if 1 <= distance_m < 10 else 5.01e-2
+    assert parse_distance_m(label_distance(distance_m)) == pytest.approx(distance_m, rel=error)
 
 
 def test_format_distance_rejects_unknown_unit():

@@ -27,7 +27,7 @@ _FEET_AND_INCHES = re.compile(
     rf"{_NUMBER}\s*(?:ft|feet|foot|'|′|’)\s*{_NUMBER}\s*(?:in|inch|inches|\"|″|”|'')?"
 )
 _SIGNIFICANT_DIGITS = 4  # lenses and tape measures are marked no finer
-_CENTIMETRES_UNDER_M = 0.1
+_CENTIMETRES_UNDER_M, _LABEL_CENTIMETRES_UNDER_M = 0.1, 0.5
 _EXAMPLES = """2.24, 2.24m, 190cm, 1900 mm, 6'3", 6ft 3in, 75in or inf"""
 
 
@@ -92,6 +92,28 @@ def format_distance(distance_m: float, unit: str = "m") -> str:
     if unit == "ft":
         return f"{sign}{_feet_text(abs(distance_m))}"
     raise InputError(f"Distances are shown in m or ft, not in {unit!r}.")
+
+
+def label_distance(distance_m: float, unit: str = "m") -> str:
+    """Format a distance to be read at a glance: "12 cm", "0.99 m", "3.76 m", "52 m", 6'3".
+
+    Two significant digits, three from 1 to 10 m; whole inches from a foot on. Fields and files have
+    all that `format_distance` tells.
+    """
+    size_m = abs(distance_m)
+    if not 0 < size_m < math.inf or (unit == "ft" and size_m < FOOT_M):
+        return format_distance(distance_m, unit)
+    sign = "-" if distance_m < 0 else ""
+    if unit == "ft":
+        return f"{sign}{_feet_text(round(size_m / INCH_M) * INCH_M)}"
+    if size_m < _LABEL_CENTIMETRES_UNDER_M:
+        return f"{sign}{_rounded(1e2 * size_m, 2)} cm"
+    return f"{sign}{_rounded(size_m, 3 if 1 <= size_m < 10 else 2)} m"
+
+
+def _rounded(value: float, digits: int) -> str:
+    """Format a positive number to so many significant digits, also before the decimal point."""
+    return _significant(float(f"{value:.{digits - 1}e}"), digits)
 
 
 def _feet_and_inches_m(words: str) -> float | None:

@@ -170,7 +170,7 @@ def probe_text(probe: Probe, unit: str, lens: Lens) -> str:
         )
     return (
         f"{position}   picture {_rgb_text(probe.picture)}   plate {_rgb_text(probe.plate)}"
-        f"{depth}   blur {probe.coc_px:+.2f} px{sharp}"
+        f"{depth}   blur {round(probe.coc_px, 2) + 0.0:+.2f} px{sharp}"
     )
 
 

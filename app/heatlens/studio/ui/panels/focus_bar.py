@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.focus.coc import far_limit_m, hyperfocal_m, near_limit_m
-from heatlens.core.model.lens.lens import Lens, measured_text
+from heatlens.core.model.lens.lens import Lens, measured_label, measured_text
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.coc_line import focused_at, nudge_lens
 from heatlens.studio.board.facts import Facts
@@ -213,8 +213,6 @@ class _Bar:
         """Draw the distance at the pointer beside the other figures, never over the scale."""
         x, em = imgui.get_mouse_pos().x, self._em
         words = self._pointer_words(x)
-        if words == self._distance_words(self.lens.focus_distance_m):
-            return  # the needle already shows it
         width = texts.text_width(words)
         self._draw_line(x, theme.colors.text_dim)
         x0, gap = x - width / 2, _GAP_EM * em
@@ -233,16 +231,19 @@ class _Bar:
         probe.note_at("distance at the pointer", (x0, y, x0 + width, y + em))
 
     def _pointer_words(self, x: float) -> str:
-        """Return the distance at a screen position, with the name of the tick that is near it."""
+        """Return the distance at a screen position in full, with the name of the tick near it."""
         hyper_m, reach = hyperfocal_m(self.lens), _POINTER_REACH_EM * self._em
         if abs(x - self._x_at(hyper_m)) < reach:
-            return f"hyperfocal {self._distance_words(hyper_m)}"
+            return f"hyperfocal {measured_text(self.lens, hyper_m, self._unit)}"
         if self._keyed_m is not None and abs(x - self._x_at(self._keyed_m)) < reach:
-            return f"key {self._distance_words(self._keyed_m)}"
-        return self._distance_words(focused_at(self.lens, self.dioptres_at(x)).focus_distance_m)
+            return f"key {measured_text(self.lens, self._keyed_m, self._unit)}"
+        if abs(x - self._x_at(self.lens.focus_distance_m)) < reach:
+            return f"focus {measured_text(self.lens, self.lens.focus_distance_m, self._unit)}"
+        pointed_m = focused_at(self.lens, self.dioptres_at(x)).focus_distance_m
+        return measured_text(self.lens, pointed_m, self._unit)
 
     def _distance_words(self, distance_m: float) -> str:
-        return measured_text(self.lens, distance_m, self._unit)
+        return measured_label(self.lens, distance_m, self._unit)
 
 
 def _window_color() -> tuple[float, float, float]:

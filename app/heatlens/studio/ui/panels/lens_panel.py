@@ -18,6 +18,7 @@ from heatlens.core.model.lens.lens import (
     Lens,
     LensModel,
     MeasuredFrom,
+    as_measured_m,
     measured_text,
     nearest_index,
     parse_measured_m,
@@ -25,7 +26,7 @@ from heatlens.core.model.lens.lens import (
 from heatlens.core.model.lens.lens_kit import KitLens, LensKit
 from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.core.model.units import format_distance
+from heatlens.core.model.units import format_distance, label_distance
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.coc_line import nudge_lens
 from heatlens.studio.board.desks import LensDesk
@@ -124,17 +125,19 @@ def _draw_limits(lens: Lens, unit: str) -> None:
     """Draw the near and far limit, the depth of field and the hyperfocal distance."""
     is_narrow = imgui.get_content_region_avail().x < _LIMITS_EM * imgui.get_font_size()
     flags = imgui.TableFlags_
+    limits_m = {
+        "near": as_measured_m(lens, near_limit_m(lens)),
+        "far": as_measured_m(lens, far_limit_m(lens)),
+        "in focus": depth_of_field_m(lens),
+        "hyperfocal": as_measured_m(lens, hyperfocal_m(lens)),
+    }
     if imgui.begin_table("limits", 4, flags.sizing_stretch_prop if is_narrow else flags.none):
-        for title, words in (
-            ("near", measured_text(lens, near_limit_m(lens), unit)),
-            ("far", measured_text(lens, far_limit_m(lens), unit)),
-            ("in focus", format_distance(depth_of_field_m(lens), unit)),
-            ("hyperfocal", measured_text(lens, hyperfocal_m(lens), unit)),
-        ):
+        for title, limit_m in limits_m.items():
             imgui.table_next_column()
             imgui.text_disabled(title)
             probe.note(title)
-            imgui.text(words)
+            imgui.text(label_distance(limit_m, unit))
+            texts.tooltip(f"{title} {format_distance(limit_m, unit)}")
         imgui.end_table()
     limit_um = 1e3 * lens.coc_limit_mm
     texts.tooltip(f"A blur of less than {limit_um:.0f} µm on the sensor counts as sharp.")

@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.messages import report_errors
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.focus.live_focus import Follow
-from heatlens.core.model.lens.lens import measured_text, parse_measured_m
+from heatlens.core.model.lens.lens import measured_label, measured_text, parse_measured_m
 from heatlens.core.model.marks.mark import Mark, MarkDistance
 from heatlens.core.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark
 from heatlens.core.model.marks.track_mark import TrackMark, TrackPlace
@@ -105,8 +105,12 @@ def _mark_row(desk: TimeDesk, unit: str, mark: Mark) -> None:
             commands.change(mark, replace(mark, name=name))
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
-    imgui.text(_distance_text(desk, commands.distances.distance(mark), unit))
-    texts.tooltip(mark.meaning)
+    distance = commands.distances.distance(mark)
+    imgui.text(_distance_text(desk, distance, unit))
+    full_text = ""
+    if distance.distance_m is not None:
+        full_text = f" {measured_text(desk.editing.lens, distance.distance_m, unit)}."
+    texts.tooltip(f"{mark.meaning}{full_text}")
     imgui.table_next_column()
     _row_buttons(desk, mark)
 
@@ -114,8 +118,8 @@ def _mark_row(desk: TimeDesk, unit: str, mark: Mark) -> None:
 def _distance_text(desk: TimeDesk, distance: MarkDistance, unit: str) -> str:
     """Return the distance of a mark as text, or why there is none."""
     if distance.distance_m is not None:
-        return measured_text(desk.editing.lens, distance.distance_m, unit)
-    return "not seen" if distance.is_known else "measuring"
+        return measured_label(desk.editing.lens, distance.distance_m, unit)
+    return "hidden" if distance.is_known else "measuring"
 
 
 def _row_buttons(desk: TimeDesk, mark: Mark) -> None:

@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.focus.coc import sharp_dioptres
-from heatlens.core.model.lens.lens import Lens, measured_text
+from heatlens.core.model.lens.lens import Lens, measured_label
 from heatlens.core.model.units import FOOT_M
 from heatlens.studio.board.plan import Plan, PlanMark
 from heatlens.studio.ui import probe, theme, widgets
@@ -209,7 +209,7 @@ class _Drawing:
         em, distance_m = self._em, self._lens.focus_distance_m
         first, *_, last = self._plane_points(0.0)
         self._draw_plane(0.0, theme.colors.accent, _NEEDLE_EM)
-        words = measured_text(self._lens, distance_m, self._unit)
+        words = measured_label(self._lens, distance_m, self._unit)
         width = imgui.calc_text_size(words).x + 0.6 * em
         flag_corner = ImVec2(max(first.x - width, self._corner.x), first.y - 0.6 * em)
         flag_end = ImVec2(flag_corner.x + width, flag_corner.y + 1.2 * em)

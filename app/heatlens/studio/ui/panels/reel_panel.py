@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.shot.reel import CutFocus, Reel, ReelShot
-from heatlens.core.model.units import format_distance
+from heatlens.core.model.units import label_distance
 from heatlens.core.model.view.view import Compare
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.device import Texture
@@ -197,6 +197,6 @@ def _frames_text(shot: ReelShot) -> str:
 def _focus_texts(focus: CutFocus, unit: str) -> tuple[str, str]:
     """Return the focus at both ends of a shot as text."""
     return tuple(  # type: ignore[return-value]
-        "-" if distance_m is None else format_distance(distance_m, unit)
+        "-" if distance_m is None else label_distance(distance_m, unit)
         for distance_m in (focus.first_m, focus.last_m)
     )

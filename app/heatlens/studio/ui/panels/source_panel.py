@@ -16,7 +16,13 @@ from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.focus.plausibility import Doubt
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.core.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
+from heatlens.core.model.units import (
+    FOOT_M,
+    INCH_M,
+    format_distance,
+    label_distance,
+    parse_distance_m,
+)
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.header.channel_choice import color_layers_among, depth_channels_first
 from heatlens.media.plate.header.entries import FOR_THE_EYE
@@ -169,7 +175,7 @@ def _fact_row(name: str, text: str) -> None:
 
 
 def _distance_words(distance_m: float, unit: str) -> str:
-    return "no surface" if math.isinf(distance_m) else format_distance(distance_m, unit)
+    return "no surface" if math.isinf(distance_m) else label_distance(distance_m, unit)
 
 
 def _pixel_share_words(count: int, plate: Plate) -> str:
