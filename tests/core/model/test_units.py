@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.units import (
     format_distance,
-    label_distance,
     is_bare_number,
+    label_distance,
     parse_distance_m,
     parse_scene_unit_m,
 )

@@ -100,7 +100,7 @@ def test_export_panel_and_its_job_include_new_options(tmp_path):
         imgui.checkbox = lambda words, value: (
             checkbox(words, value), (True, words == "normals beside it" or value))[1]
         for kind, name, value in (
-            ("EXR, scene-linear", "with_normals", True), ("PNG, as it looks", "grain", "coarse")):
+            ("EXR (linear)", "with_normals", True), ("PNG (as displayed)", "grain", "coarse")):
             imgui.new_frame()
             imgui.begin("panel")
             settings, _ = export_panel(ExportSettings("/a", "b", kind), None, None)

@@ -120,7 +120,7 @@ def test_help_lists_new_picture_format(capsys, command):
 
 
 def test_window_offers_new_picture_format():
-    kind = "Numbers, as it looks"
+    kind = "Numbers (as displayed)"
     assert list(frame_kinds())[-3:] == [kind, "ProRes movie", "H.264 movie"]
     assert ExportSettings("/a", "b", kind).output == "/a/b.####.numbers"
     assert {".numbers", ".nums"} <= set(PURPOSES["save"].suffixes) & set(PURPOSES["open"].suffixes)

@@ -33,7 +33,7 @@ def focus_key_frames(session):
 
 # Name of a command: a function that reads a value of the session, its value before and after.
 EXPECTED_CHANGES = {
-    "Start screen...": (lambda s: s.files.start_choices.is_shown, False, True),
+    "Start screen": (lambda s: s.files.start_choices.is_shown, False, True),
     "Open 1/3 stop": (f_stop_of, 2.8, 2.5),
     "Close 1/3 stop": (f_stop_of, 2.8, 3.2),
     "Focus at infinity": (focus_of, 4.0, float("inf")),
@@ -116,7 +116,7 @@ def test_every_switch_command_turns_on_and_off(session, commands):
     switches = [command for command in commands.values() if command.is_on is not None]
     assert len(switches) > 20
     for command in switches:
-        if command.name in ("Grid of looks", "B is the reference"):
+        if command.name in ("Grid of looks", "Compare with the reference"):
             continue  # there are neither looks nor a reference
         before = command.is_on()
         for state in (not before, before):
@@ -172,7 +172,7 @@ def test_key_commands_copy_paste_move_and_delete_keys(session, commands):
 
 def test_scene_commands_are_barred_while_a_plate_is_open(session, commands):
     follow = "Camera follows the focal length", "Focal length follows the camera"
-    for name in ("Set camera key", "Frame selected", *follow):
+    for name in ("Set camera key", "Frame the object", *follow):
         assert "Only a scene" in commands[name].why_not()
     for method in Method:
         why = commands[f"Compare with {method}"].why_not()

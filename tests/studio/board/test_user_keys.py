@@ -36,8 +36,8 @@ def test_a_command_that_loses_its_key_is_named(session):
 
 
 def test_two_commands_swap_their_keys(session):
-    keys = keys_of(board_with(session, {"Wipe": "X", "Flip to B": "W"}))
-    assert (keys["Wipe"], keys["Flip to B"]) == ("X", "W") and not session.messages.text
+    keys = keys_of(board_with(session, {"Wipe": "X", "Show B": "W"}))
+    assert (keys["Wipe"], keys["Show B"]) == ("X", "W") and not session.messages.text
 
 
 def test_an_unknown_command_is_named_and_changes_no_key(session):

@@ -53,7 +53,7 @@ def test_export_job_has_look_and_guides_only_for_display_pictures():
     look = DisplayOptions(exposure_stops=1.5)
     guides = Guides(aspect=2.39, opacity=0.5, thirds=True)
     linear = json.loads(SETTINGS.job(look, guides, "walls"))
-    shown = replace(SETTINGS, kind="PNG, as it looks")
+    shown = replace(SETTINGS, kind="PNG (as displayed)")
     assert "1.5" not in json.dumps(linear) and "2.39" not in json.dumps(linear)
     plain = shown.job(look, guides, "walls")
     drawn = replace(shown, with_guides=True).job(look, guides, "walls")
@@ -68,7 +68,7 @@ def test_proposed_settings_lie_beside_the_plate(tmp_path):
     settings = proposed_settings(tmp_path / "walls.1001.exr")
     assert settings.folder == str(tmp_path / "walls_dof") and settings.name == "walls"
     assert (settings.kind, settings.quality, settings.camera_kind) == (
-        *("EXR, scene-linear", "", "USD"),
+        *("EXR (linear)", "", "USD"),
     )
     assert not (settings.with_guides or settings.is_single)
 

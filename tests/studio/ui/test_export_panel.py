@@ -110,7 +110,7 @@ def test_exported_frames_equal_those_of_the_command_line(gui: Gui, tmp_path: Pat
 
 def test_tooltip_of_export_option_does_not_cover_it(gui: Gui) -> None:
     exporter = gui.session.files.exports
-    exporter.settings = replace(exporter.settings, kind="PNG, as it looks")
+    exporter.settings = replace(exporter.settings, kind="PNG (as displayed)")
     gui.frame(2)
     name = "guides and desqueeze of the window"
     gui.move(gui.middle(name))
@@ -125,7 +125,7 @@ def _open_windows() -> list[Any]:
 
 def test_burn_in_text_field_is_as_wide_as_the_panel(gui: Gui) -> None:
     exporter = gui.session.files.exports
-    exporter.settings = replace(exporter.settings, kind="PNG, as it looks", burn_in=True)
+    exporter.settings = replace(exporter.settings, kind="PNG (as displayed)", burn_in=True)
     gui.frame(2)
     x0, _, x1, _ = gui.rect("burn-in text")
     panel = imgui.internal.find_window_by_name("Export").content_region_rect
@@ -155,7 +155,7 @@ def test_export_overwrites_files_of_other_programs_only_if_ticked(gui: Gui, tmp_
     refused = wait_for_end(gui)
     assert refused.code == 2 and "overwrite" in refused.last_sentence
     assert theirs.read_bytes() == (tmp_path / "room.1002.exr").read_bytes()
-    gui.click(gui.middle("overwrite files of other programs"))
+    gui.click(gui.middle("overwrite files not made by heatlens"))
     gui.click(gui.middle("Export"))
     assert wait_for_end(gui).code == 0
     assert theirs.read_bytes() != (tmp_path / "room.1002.exr").read_bytes()
@@ -215,7 +215,7 @@ def test_exported_png_equals_the_displayed_picture(gui: Gui, tmp_path: Path, loo
     gui.settled()
     exporter = gui.session.files.exports
     exporter.settings = ExportSettings(
-        str(tmp_path / "out"), "x", "PNG, as it looks", frames="1001"
+        str(tmp_path / "out"), "x", "PNG (as displayed)", frames="1001"
     )
     gui.frame(2)
     gui.click(gui.middle("Export"))

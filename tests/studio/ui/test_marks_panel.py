@@ -229,7 +229,7 @@ def test_live_button_follows_until_make_keys_or_let_go(gui):
     assert live() is None and gui.session.facts.shot.key_frames
     gui.session.editing.undo()
     gui.frame(2)
-    gui.click(gui.middle("let go"))
+    gui.click(gui.middle("stop following"))
     assert live() is None and not gui.session.facts.shot.key_frames
     assert undo_count(gui) == 3
 

@@ -130,7 +130,7 @@ def test_display_panel_keeps_every_field(screen):
     )
 
 
-@pytest.mark.parametrize("kind", ["EXR, scene-linear", "PNG, as it looks"])
+@pytest.mark.parametrize("kind", ["EXR (linear)", "PNG (as displayed)"])
 def test_export_panel_keeps_every_setting(screen, kind):
     settings = ExportSettings("/folder", "name", kind)
     names = {"kind": "H.264 movie", "camera_kind": "Nuke", "quality": "draft"}

@@ -231,7 +231,7 @@ def test_menu_opens_the_start_screen_and_escape_leaves_it(ctx, tmp_path):
     with gui_of(ctx, room_file(tmp_path / "room.exr"), defocus=QUICK) as gui:
         gui.settled()
         screen_before, shot = gui.screenshot(), gui.session.facts.shot
-        gui.do("Start screen...")
+        gui.do("Start screen")
         assert gui.session.files.start_choices.is_shown and "start Demo scene" in gui.drawn
         gui.key(K.escape)
         gui.frame(3)
@@ -242,7 +242,7 @@ def test_menu_opens_the_start_screen_and_escape_leaves_it(ctx, tmp_path):
 def test_start_screen_offers_the_stream_of_a_renderer(start_gui):
     stream = StreamSource("127.0.0.1", 0)
     gui = start_gui(source=stream.text, stream=stream)
-    gui.do("Start screen...")
+    gui.do("Start screen")
     assert titles(gui)[3] == "Listen to a renderer"
     choose(gui, "digit", 3)
     gui.frame(2)

@@ -107,8 +107,8 @@ def test_pull_box_makes_a_pull_of_the_chosen_shape(gui, shape):
     before, target_m = gui.session.facts.shot, gui.session.facts.shot.marks[0].distance_m
     gui.key(K.m, shift=True)
     gui.frame(3)
-    gui.click(gui.middle("as"))
-    gui.click(gui.middle(f"as: {shape}"))
+    gui.click(gui.middle("shape"))
+    gui.click(gui.middle(f"shape: {shape}"))
     gui.frame(2)
     gui.click(gui.middle("pull"))
     marks.pulls.shape = PullShape.EASE

@@ -10,7 +10,7 @@ from heatlens.render.preview.speed import Speed
 
 K = imgui.Key
 SCENE_ACTIONS = (
-    *("Set camera key", "Frame selected", "Compare with raytraced"),
+    *("Set camera key", "Frame the object", "Compare with raytraced"),
     *("Camera follows the focal length", "Focal length follows the camera"),
 )
 

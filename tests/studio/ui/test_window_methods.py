@@ -191,7 +191,7 @@ def test_compare_with_method_actions_set_b(gui, method):
     gui.do(f"Compare with {method}")
     view = gui.session.facts.view
     assert (view.compare, view.against, view.b_method) == (Compare.WIPE, Against.METHOD, method)
-    gui.do("Flip to B")
+    gui.do("Show B")
     gui.do("Compare with pinhole")
     assert (gui.session.facts.view.compare, gui.session.facts.view.against) == (
         Compare.FLIP,

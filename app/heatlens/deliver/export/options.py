@@ -42,7 +42,7 @@ class ExportOptions:
         False,
         "overwrite",
         "also replace files that no export of heatlens wrote; otherwise they stop the export",
-        label="overwrite files of other programs",
+        label="overwrite files not made by heatlens",
     )
     fps: float | None = _frames(
         None, "fps", "frame rate of a movie, and of a glTF (default: the shot's)", metavar="N"
@@ -74,7 +74,7 @@ class ExportOptions:
         False,
         "burn in",
         "write frame, timecode and lens into the picture",
-        label="frame, timecode and lens in the picture",
+        label="burn in frame, timecode, lens",
     )
     burn_in_text: str = _look(
         DEFAULT_TEMPLATE,

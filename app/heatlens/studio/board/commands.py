@@ -37,7 +37,7 @@ def _file(session: Session) -> Iterator[Command]:
     yield from in_group(
         *("File", "open"),
         Command("Open the demo", partial(files.commands.open, DEMO)),
-        Command("Start screen...", files.start_choices.show),
+        Command("Start screen", files.start_choices.show),
     )
     yield from in_group("File", "shot", Command("Reload", files.commands.reload, "Ctrl+R"))
     yield from in_group(
@@ -201,5 +201,5 @@ def _scene(session: Session) -> Iterator[Command]:
             for name, by in _DOLLY_ZOOMS.items()
         ),
     )
-    framed = remote_command("Frame selected", scenes.frame_selected, barred=barred)
+    framed = remote_command("Frame the object", scenes.frame_selected, barred=barred)
     yield from in_group("View", "camera", framed)

@@ -13,7 +13,7 @@ from heatlens.studio.board.session import Session
 
 _COMPARED = {
     Compare.WIPE: ("Wipe", "W"),
-    Compare.FLIP: ("Flip to B", "X"),
+    Compare.FLIP: ("Show B", "X"),
     Compare.DIFFERENCE: ("Difference", "E"),
 }
 _GUIDE_LINES = {"thirds": "Thirds", "safe_areas": "Safe areas", "centre": "Centre cross"}
@@ -140,7 +140,7 @@ def _compare(session: Session) -> Iterator[Command]:
         remote_command("Less gain", partial(view.step_gain, -1), ","),
     )
     swap = remote_command(
-        *("B is the reference", view.swap_b, "R"),
+        *("Compare with the reference", view.swap_b, "R"),
         is_on=lambda: now.view.against is Against.REFERENCE,
     )
     yield from in_group("Compare", "b", swap)

@@ -20,7 +20,7 @@ CAMERA_KINDS = {
     "JSON": ".json",
     "table (CSV)": ".csv",
 }
-_LINEAR = "EXR, scene-linear"
+_LINEAR = "EXR (linear)"
 _MOVIES = {"ProRes movie": ".mov", "H.264 movie": ".mp4"}
 
 
@@ -28,7 +28,7 @@ def frame_kinds() -> dict[str, str]:
     """Return the words for all that frames are exported to, with the suffix of each."""
     writable_formats = (file_format for file_format in FORMATS if file_format.writing)
     display_kinds = {
-        f"{file_format.word}, as it looks": file_format.suffixes[0]
+        f"{file_format.word} (as displayed)": file_format.suffixes[0]
         for file_format in writable_formats
     }
     return {_LINEAR: ".exr", **display_kinds, **_MOVIES}

@@ -130,7 +130,7 @@ class OpeningFields:
         "tilt direction",
         "where a tilted lens leans to, degrees anticlockwise in the picture: at 0 (default) down, "
         "so that the ground can be sharp, at 90 to the right",
-        label="leans to",
+        label="direction",
         tip="0 down, so that the ground can be sharp; 90 to the right, 180 up.",
         shown="%.0f°",
         term="tilt_deg",

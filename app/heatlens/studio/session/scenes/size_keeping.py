@@ -48,7 +48,7 @@ class SizeKeeping(Commands):
             )
             return
         self.chosen = min(marks, key=self._offset_dioptres).name
-        self._say(f"Every other focal length now keeps the size of {self.chosen}.")
+        self._say(f"Changing the focal length now keeps {self.chosen} the same size.")
 
     def _offset_dioptres(self, mark: Mark) -> float:
         """Return how far a mark is from the focus in dioptres; infinity without a distance."""

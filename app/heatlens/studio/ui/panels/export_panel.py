@@ -112,7 +112,7 @@ def export_panel(
 
 def _camera_rows(settings: ExportSettings, is_busy: bool) -> tuple[ExportSettings, bool]:
     """Draw the kind of camera file; return the settings, and whether its button was pressed."""
-    imgui.separator_text("Lens as a camera")
+    imgui.separator_text("Camera file")
     kind = widgets.choice("for", settings.camera_kind, list(CAMERA_KINDS))
     settings = replace(settings, camera_kind=kind)
     with widgets.disabled(is_busy or not settings.name or not settings.folder):

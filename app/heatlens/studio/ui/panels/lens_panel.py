@@ -33,7 +33,7 @@ from heatlens.studio.board.desks import LensDesk
 from heatlens.studio.ui import probe, texts, theme, widgets
 
 _LIMITS_EM = 20.0  # below this width, four equal columns would cut their text
-_NO_T_STOP = "as the f-stop"
+_NO_T_STOP = "same as f-stop"
 _FOLDED_ROWS = (
     *("film back", "sensor width", "lens model", "distances from", "pupil offset", "squeeze"),
     "sharp up to",
@@ -41,7 +41,7 @@ _FOLDED_ROWS = (
 _LENS_IS_FIXED = "This plate holds circles of confusion, so its lens is fixed."
 _KNOB = imgui.Col_.slider_grab
 _BREATHING_TIP = "At close focus the lens shows {:.3g} % of the width that it shows at infinity."
-_NO_KIT = "none: any lens"
+_NO_KIT = "no kit"
 Say = Callable[[str], None]
 
 
@@ -186,12 +186,13 @@ def _draw_sources(facts: LensFacts) -> None:
     words = [f"{options[name].words}: {source}" for name, source in facts.sources.items()]
     if not words:
         return
-    is_assumed = any(
-        "assumed" in source or "nothing" in source for source in facts.sources.values()
-    )
-    imgui.text_disabled(
-        "began with assumed values" if is_assumed else "began with the plate's lens"
-    )
+    assumed_names = [
+        options[name].words
+        for name, source in facts.sources.items()
+        if "assumed" in source or "nothing" in source
+    ]
+    assumed_text = f"lens assumed: {', '.join(assumed_names)}"
+    texts.gray_text(assumed_text if assumed_names else "lens from the file")
     texts.tooltip("\n".join(words))
 
 

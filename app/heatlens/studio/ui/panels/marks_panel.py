@@ -88,8 +88,8 @@ def _live_rows(desk: TimeDesk) -> None:
     with widgets.disabled(not live_following.live.measured):
         if widgets.button("make keys", "make keys", _KEYS_TIP):
             live_following.make_keys()
-    _same_line_if_fits("let go")
-    if widgets.button("let go", "let go", _STOP_TIP):
+    _same_line_if_fits("stop following")
+    if widgets.button("stop following", "stop following", _STOP_TIP):
         live_following.stop_following()
 
 
@@ -211,7 +211,7 @@ def pull_popup(desk: TimeDesk, ui: UiState, unit: str) -> None:
         _pull_fields(desk, unit)
         is_pressed = _pull_button("Pull", "pull", False)
         imgui.same_line()
-        continues = _pull_button("Pull, go on", "pull and go on", True, _GO_ON_TIP)
+        continues = _pull_button("Pull and go to its end", "pull and go on", True, _GO_ON_TIP)
         if is_pressed or continues:
             start = desk.editing.frame
             end = start + pulls.frames
@@ -241,7 +241,7 @@ def _pull_fields(desk: TimeDesk, unit: str) -> None:
     frames = min(max(frames, 1), _MAX_PULL_FRAMES)
     if frames != pulls.frames:
         pulls.set_length(frames)
-    pulls.shape = widgets.pick_one("as", pulls.shape)
+    pulls.shape = widgets.pick_one("shape", pulls.shape)
     if pulls.shape is not PullShape.LINEAR:
         ease = pulls.ease_percent
         tip = "0 starts and stops abruptly, 100 most gently"

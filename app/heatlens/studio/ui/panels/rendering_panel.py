@@ -49,7 +49,7 @@ def blur_rows(settings: DefocusSettings, has_many_views: bool) -> DefocusSetting
     if settings.method.needs_scene:
         settings = _views_row(settings)
     quality_tip = "How accurately the blur is computed; its size stays the same."
-    qualities = {None: "film" + ", exports final" * (not has_many_views)} | {
+    qualities = {None: "film" + " (exports: final)" * (not has_many_views)} | {
         quality: str(quality) for quality in Quality
     }
     layers = {None: "as quality says"} | {

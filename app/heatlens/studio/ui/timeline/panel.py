@@ -45,7 +45,7 @@ def timeline_panel(desk: TimeDesk, view: TimelineView, unit: str) -> None:
     if desk.recording.state is RecordingState.OFF:
         key_controls_row(desk, view)
     else:
-        recording_row(desk)
+        recording_row(desk, unit)
     em = imgui.get_font_size()
     corner, free_size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     x = corner.x + NAMES_EM * em
@@ -249,4 +249,6 @@ def _ease_field(desk: TimeDesk, keys: Sequence[Key], name: str, is_out: bool) ->
 
 def _selection_note(desk: TimeDesk) -> str:
     count = len(desk.keys.selection)
-    return f"{count} chosen" if count else "key here" if desk.keys.target_keys else "no key here"
+    if count:
+        return f"{count} key{'s' * (count > 1)} selected"
+    return "key" if desk.keys.target_keys else "no key"

@@ -7,12 +7,14 @@ from itertools import pairwise
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.model.shot.pull import TOLERANCE_LEAST, TOLERANCE_MOST, RecordingState
+from heatlens.core.model.units import label_distance
 from heatlens.studio.board.desks import TimeDesk
 from heatlens.studio.ui import probe, texts, theme
 from heatlens.studio.ui.timeline.curve_handles import Heights
 from heatlens.studio.ui.timeline.tool_row import Tool, button_tool, text_tool, tool_row
 from heatlens.studio.ui.timeline.view import TimeScale
 
+_USUAL_M = 2.0  # the distance at which the tolerance is told
 _TOLERANCE_EM, _FIGURE_EM = 7.0, 7.2
 _ARMED_WORDS = "Ready to record: play (Space) and move the focus. Escape leaves."
 _COUNT_IN_WORDS = "Take hold of the focus. Space begins at once, Escape leaves."
@@ -22,11 +24,11 @@ _TOLERANCE_TIP = (
 )
 
 
-def recording_row(desk: TimeDesk) -> None:
+def recording_row(desk: TimeDesk, unit: str) -> None:
     """Draw the row that replaces the row of key controls during a recording."""
     recording, state = desk.recording, desk.recording.state
     if state is RecordingState.RECORDED:
-        tool_row("recording", _recorded_tools(desk))
+        tool_row("recording", _recorded_tools(desk, unit))
         return
     words = {
         RecordingState.ARMED: _ARMED_WORDS,
@@ -39,22 +41,27 @@ def recording_row(desk: TimeDesk) -> None:
     probe.note("recording words")
 
 
-def _recorded_tools(desk: TimeDesk) -> list[Tool]:
+def _recorded_tools(desk: TimeDesk, unit: str) -> list[Tool]:
     """Return the row after a recording: number of keys, tolerance, and buttons to keep or drop."""
     em, recording = imgui.get_font_size(), desk.recording
     keys = "one key" if recording.key_count == 1 else f"{recording.key_count} keys"
     bright_text = partial(text_tool, name="recording words", is_dim=False)
+    tolerance_text = _tolerance_text(recording.tolerance_dioptres, unit)
     return [
         bright_text(f"{len(recording.samples)} frames recorded as", 4),
         bright_text(keys, 1),
         bright_text("tolerance", 3),
         Tool(partial(_tolerance_slider, desk), _TOLERANCE_EM * em, 1),
-        replace(
-            bright_text(f"{recording.tolerance_dioptres:.2g} dioptres", 2), width=_FIGURE_EM * em
-        ),
+        replace(bright_text(tolerance_text, 2), width=_FIGURE_EM * em),
         button_tool("Keep", "recording Keep", 0, recording.finish),
-        button_tool("Drop", "recording Drop", 0, recording.discard),
+        button_tool("Discard", "recording Discard", 0, recording.discard),
     ]
+
+
+def _tolerance_text(tolerance_dioptres: float, unit: str) -> str:
+    """Return how far a key may be off at a usual distance, for example "3 cm at 2 m"."""
+    off_m = _USUAL_M - 1.0 / (1.0 / _USUAL_M + tolerance_dioptres)
+    return f"{label_distance(off_m, unit)} at {label_distance(_USUAL_M, unit)}"
 
 
 def _tolerance_slider(desk: TimeDesk) -> None:
