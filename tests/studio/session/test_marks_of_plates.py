@@ -124,6 +124,22 @@ def test_pull_starts_at_the_playheads_focus_or_at_a_mark(session, marks):
     assert session.editing.shot == before and "0 frames" in session.messages.text
 
 
+def test_pull_suggests_the_only_mark_set_since_the_last_one(session, marks):
+    marks.set_point(LEFT)
+    marks.set_point(RIGHT)
+    marks.focus_on(session.editing.shot.marks[0])
+    marks.pulls.suggest()
+    make_pull(session)
+    session.editing.edit_lens(replace(session.editing.lens, focus_distance_m=4.0))
+    marks.set_here()
+    marks.focus_on(session.editing.shot.marks[0])
+    marks.pulls.suggest()
+    assert marks.pulls.target == "C"
+    marks.focus_on(session.editing.shot.marks[2])
+    marks.pulls.suggest()
+    assert marks.pulls.target == "A"  # C is in focus already
+
+
 def test_pull_begin_suggests_last_length_where_it_fits(session, marks):
     assert marks.pulls.frames == PULL_FRAMES == 18 and marks.pulls.ease_percent == EASE_PERCENT
     assert marks.pulls.shape is PullShape.EASE
@@ -291,4 +307,4 @@ def test_follow_without_an_open_source_only_reports(tmp_path):
 
 
 def test_plates_without_a_camera_in_their_headers_have_no_world(session, marks):
-    assert session.source.plate is not None and not marks.has_world
+    assert session.source.plate is not None and not marks.holds.has_world

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from heatlens.core.model.focus.coc import sharp_dioptres
-from heatlens.core.model.marks.marks import MatteMark, PointMark, WorldMark
+from heatlens.core.model.marks.marks import Hold, MatteMark, PointMark, WorldMark
 from support.evening import begin_session, run_until, run_until_settled
 from support.mattes import matte_plate
 from support.walks import WALL_M, Walk
@@ -34,12 +34,19 @@ def set_mark(session, pixel):
 
 def test_click_on_matte_object_sets_a_matte_mark(walk):
     hero = set_mark(walk, (14, 10))
-    assert hero == MatteMark("A", "Crypto:hero")
+    assert hero == MatteMark("hero", "Crypto:hero")
     marks = walk.time.marks
     run_until(walk, lambda: marks.distances.distance_m(hero) is not None, "its distance")
     assert marks.distances.distance_m(hero) == pytest.approx(DISTANCES_M[FIRST], rel=1e-6)
     walk.editing.undo()
     assert walk.editing.shot.marks == ()
+
+
+def test_second_mark_on_a_thing_has_a_number(walk):
+    set_mark(walk, (14, 10))
+    walk.time.marks.set_point((14, 10))
+    run_until(walk, lambda: len(walk.editing.shot.marks) == 2, "the second mark")
+    assert [mark.name for mark in walk.editing.shot.marks] == ["hero", "hero 2"]
 
 
 def test_click_beside_all_matte_objects_sets_a_point_mark(walk):
@@ -74,7 +81,7 @@ def test_follow_keeps_focus_on_matte_object_while_it_is_hidden(walk):
     mark = set_mark(walk, (14, 10))
     walk.time.marks.follow(mark)
     run_until(walk, lambda: not walk.time.marks.is_reading, "all frames")
-    assert "follows A" in walk.messages.text
+    assert "follows hero" in walk.messages.text
     for frame, distance_m in DISTANCES_M.items():
         lens = walk.editing.shot.lens_at(frame)
         assert abs(1 / lens.focus_distance_m - 1 / distance_m) <= 0.51 * sharp_dioptres(lens)
@@ -108,7 +115,7 @@ def test_track_turns_point_mark_into_a_surface_that_focus_follows(card):
     marks = session.time.marks
     x, y = walk.pixel(1)
     point = set_mark(session, (round(x), round(y)))
-    marks.track(point, point)
+    marks.holds.track(point, point)
     mark = wait_for_track(session)
     assert [place.frame for place in mark.places] == list(range(1, 11))
     assert "seen" in session.messages.text
@@ -127,13 +134,13 @@ def test_correct_moves_tracked_surface_to_the_clicked_point(card):
     session, walk = card
     marks = session.time.marks
     wall = set_mark(session, (20, 20))
-    marks.track(wall, wall)
+    marks.holds.track(wall, wall)
     mark = wait_for_track(session)
     assert marks.distances.distance_m(mark, 10) == pytest.approx(WALL_M)
     session.time.timeline.go_to(10)
     run_until(session, lambda: session.source.is_settled_at(10), "the last frame")
     run_until_settled(session)
-    marks.correct(mark)
+    marks.holds.correct(mark)
     x, y = walk.pixel(10)
     session.time.marks.set_point((round(x), round(y)))
     mark = wait_for_track(session)
@@ -142,19 +149,48 @@ def test_correct_moves_tracked_surface_to_the_clicked_point(card):
     assert len(session.editing.shot.marks) == 1
 
 
-def test_place_turns_point_mark_into_a_world_mark(tmp_path):
-    """The camera goes back by half a metre a frame, and looks along the axis of the world."""
-    walk, axes = Walk(frames=4), np.diag([1.0, 1.0, -1.0, 1.0])
+def write_with_camera(folder, walk, step_m):
+    """Write a walk whose camera goes back by `step_m` a frame, along the axis of the world."""
+    axes = np.diag([1.0, 1.0, -1.0, 1.0])
     for frame in range(1, walk.frames + 1):
         matrix = np.eye(4)
-        matrix[2, 3] = -0.5 * frame
+        matrix[2, 3] = -step_m * frame
         header = {"worldToCamera": np.ascontiguousarray((axes @ matrix).T, np.float32)}
-        walk.write(tmp_path / f"card.{frame:04d}.exr", frame, **header)
+        walk.write(folder / f"card.{frame:04d}.exr", frame, **header)
+
+
+def test_click_on_what_moves_before_a_known_camera_sets_a_point_mark(tmp_path):
+    """The wall stands still; the card moves, which the frames in memory tell."""
+    walk = Walk(frames=4)
+    write_with_camera(tmp_path, walk, 0.0)
+    session = begin_session(tmp_path / "preferences", str(tmp_path / "card.####.exr"))
+    for frame in (4, 3, 2, 1):
+        session.time.timeline.go_to(frame)
+        run_until_settled(session)
+        run_until(session, lambda: session.source.is_settled_at(session.editing.frame), "a frame")
+    x, y = walk.pixel(1)
+    session.time.marks.set_point((round(x), round(y)))
+    session.time.marks.set_point((4, 4))
+    kinds = [type(mark) for mark in session.editing.shot.marks]
+    assert kinds == [PointMark, WorldMark] and "on the place" in session.messages.text
+    session.close()
+
+
+def test_place_turns_point_mark_into_a_world_mark(tmp_path):
+    walk = Walk(frames=4)
+    write_with_camera(tmp_path, walk, 0.5)
     session = begin_session(tmp_path / "preferences", str(tmp_path / "card.####.exr"))
     run_until_settled(session)
     marks = session.time.marks
-    assert marks.has_world
-    marks.fix_in_world(set_mark(session, (20, 20)))
+    assert marks.holds.has_world
+    marks.holds.hold_on_to(set_mark(session, (20, 20)), Hold.PLACE)
+    (mark,) = session.editing.shot.marks
+    assert isinstance(mark, WorldMark)
+    marks.holds.hold_on_to(mark, Hold.PIXEL)
+    (point,) = session.editing.shot.marks
+    assert isinstance(point, PointMark)
+    assert (point.x_px, point.y_px) == pytest.approx((20.0, 20.0), abs=1e-3)
+    marks.holds.hold_on_to(point, Hold.PLACE)
     (mark,) = session.editing.shot.marks
     assert isinstance(mark, WorldMark)
     session.time.timeline.go_to(4)

@@ -212,6 +212,8 @@ def test_live_button_follows_until_make_keys_or_let_go(gui):
     def live():
         return gui.session.facts.shot.curves.live
 
+    gui.click(gui.middle("hold A"))
+    gui.frame(2)
     gui.click(gui.middle("live A"))
     gui.until(lambda: live().measured, "the distances")
     for frame in (FIRST, LAST):

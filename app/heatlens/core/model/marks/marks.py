@@ -196,6 +196,22 @@ class WorldMark(Mark):
         return f"world {self.x_m:g},{self.y_m:g},{self.z_m:g} m"
 
 
+class Hold(StrEnum):
+    """What a mark on a plate holds on to over the frames."""
+
+    THING = "thing"
+    PLACE = "place"
+    SURFACE = "surface"
+    PIXEL = "pixel"
+
+    @classmethod
+    def of(cls, mark: Mark) -> Self | None:
+        """Return what a mark holds on to; None for a distance or an object of a scene."""
+        kinds = {MatteMark: "thing", WorldMark: "place", TrackMark: "surface", PointMark: "pixel"}
+        word = kinds.get(type(mark))
+        return None if word is None else cls(word)
+
+
 # In the order in which a typed mark is tried, from the most particular beginning on.
 KINDS: tuple[type[Mark], ...] = (
     PointMark,

@@ -34,12 +34,19 @@ class FocusPulls(Commands):
         self.frames = self._preferred_frames = PULL_FRAMES
         self.ease_percent = EASE_PERCENT
         self.shape = PullShape.EASE
+        self._new_names: list[str] = []  # of the marks set since the last pull
         self.pull_count = 0  # counts pulls since the program started
+
+    def note_new_mark(self, name: str) -> None:
+        """Note that a mark was set, which the next pull probably goes to."""
+        self.target = name
+        self._new_names.append(name)
 
     def rename_mark(self, old_name: str, new_name: str) -> None:
         """Keep the chosen marks when one of them gets another name."""
         self.target = new_name if self.target == old_name else self.target
         self.origin = new_name if self.origin == old_name else self.origin
+        self._new_names = [new_name if name == old_name else name for name in self._new_names]
 
     def suggest(self) -> None:
         """Suggest a pull from the playhead to the next mark, as long as the last one if it fits."""
@@ -49,8 +56,19 @@ class FocusPulls(Commands):
             if remaining_frames > 0
             else self._preferred_frames
         )
-        self.target = self._next_mark().name
+        self.target = (self._new_mark() or self._next_mark()).name
         self._distances.forget_read_distances()
+
+    # Of several new marks the order in which they were set counts, as for a pull from A to B to C.
+    def _new_mark(self) -> Mark | None:
+        """Return the only mark set since the last pull, unless it is in focus already."""
+        marks = [self._editing.shot.mark_named(name) for name in self._new_names]
+        mark, lens = marks[0] if len(marks) == 1 else None, self._editing.lens
+        focus_m = None if mark is None else self._distances.focus_m(mark)
+        if focus_m is None:
+            return None
+        offset = abs(1.0 / focus_m - 1.0 / lens.focus_distance_m)
+        return mark if offset > sharp_dioptres(lens) else None
 
     def _next_mark(self) -> Mark:
         """Return the mark after the one in focus, or after the target of the last pull.
@@ -131,7 +149,7 @@ class FocusPulls(Commands):
             to_m, from_m = focus_m[0], (*focus_m, current_focus_m)[1]
             shot = self._editing.shot
             self._editing.do(shaped_pull(shot, from_m, to_m, start, frames, shape, ease))
-            self._last_target = target.name
+            self._last_target, self._new_names = target.name, []
             self.pull_count += 1
             on_done()
             if end_warning:

@@ -9,20 +9,29 @@ from heatlens.core.base.messages import Worker, report_errors
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.focus.live_focus import Distances
 from heatlens.core.model.marks.mark import Mark, free_letter
-from heatlens.core.model.marks.marks import DistanceMark, MatteMark, ObjectMark, PointMark
-from heatlens.core.model.marks.track_mark import Click, TrackMark
+from heatlens.core.model.marks.marks import (
+    DistanceMark,
+    Hold,
+    MatteMark,
+    ObjectMark,
+    PointMark,
+)
+from heatlens.core.model.marks.track_mark import TrackMark
 from heatlens.core.model.shot.pull import focus_on_distances
 from heatlens.media.frame_cache.cache import FrameCache
 from heatlens.media.plate.coc_line import surfaces_at
-from heatlens.media.plate.mark_distance import make_world_mark, mark_distances_m
+from heatlens.media.plate.mark_distance import (
+    mark_distances_m,
+)
 from heatlens.media.plate.mattes.mattes import has_things
 from heatlens.media.plate.plate import Plate
 from heatlens.studio.session.marks.focus_pulls import FocusPulls
 from heatlens.studio.session.marks.live_following import LiveFollowing
 from heatlens.studio.session.marks.mark_distances import MarkDistances, plates_at, reading_options
+from heatlens.studio.session.marks.mark_holds import MarkHolds
 from heatlens.studio.session.marks.mark_measuring import (
-    SurfaceTracking,
     mark_on_object,
+    named_after_thing,
     smooth_distances,
 )
 from heatlens.studio.session.scenes.following import PointMeasurement
@@ -46,8 +55,7 @@ class MarkCommands(Commands, Worker):
         )
         self._reader: Background[_Measured] = Background(self._wake)
         self._picker: Background[PointMark | MatteMark] = Background(self._wake)
-        self.tracking = SurfaceTracking(shared, self._replace_by_tracked)
-        self.corrected_name: str | None = None  # the tracked mark that the next click corrects
+        self.holds = MarkHolds(shared, timeline, self.change)
         self._matte_receiver: Callable[[str], None] | None = None  # is given the next clicked matte
         self.matte_distances = MatteDistances(self._wake)
         self.live = LiveFollowing(shared)
@@ -56,7 +64,7 @@ class MarkCommands(Commands, Worker):
         self.workers: tuple[Worker, ...] = (
             self,
             self.matte_distances,
-            self.tracking,
+            self.holds.tracking,
             self.live,
             self.distances,
         )
@@ -64,7 +72,11 @@ class MarkCommands(Commands, Worker):
     @property
     def is_reading(self) -> bool:
         """True while frames are read or drawn to follow a mark."""
-        return self._reader.is_busy or self.tracking.is_busy or self._scene_measurement is not None
+        return (
+            self._reader.is_busy
+            or self.holds.tracking.is_busy
+            or self._scene_measurement is not None
+        )
 
     # One mark
 
@@ -80,7 +92,7 @@ class MarkCommands(Commands, Worker):
         tracked mark. A thread finds the object if the plate has mattes.
         """
         plate = self._source.plate
-        if plate is None or not self._is_playhead_shown():
+        if plate is None or not self.holds.is_playhead_shown():
             return
         pixel = self._source.frame_px(self._editing.lens, pixel)
         with report_errors(self._say):
@@ -89,24 +101,16 @@ class MarkCommands(Commands, Worker):
             pixel = pixel if self._source.has_camera else (surface.x, surface.y)
             name = free_letter(mark.name for mark in self._editing.shot.marks)
             point = PointMark(name, float(pixel[0]), float(pixel[1]))
-            corrected = self._editing.shot.mark_named(self.corrected_name)
-            self.corrected_name = None
+            corrected = self._editing.shot.mark_named(self.holds.corrected_name)
+            self.holds.corrected_name = None
             if isinstance(corrected, TrackMark):
-                self.track(corrected, point)
+                self.holds.track(corrected, point)
             elif self._matte_receiver is not None and not has_things(plate):
                 self._use_picked(point)
             elif has_things(plate):
                 self._picker.start(lambda: mark_on_object(plate, point))
             else:
-                self._add(point)
-
-    def _is_playhead_shown(self) -> bool:
-        """Return True if the picture is that of the playhead's frame; report it otherwise."""
-        frame, picture = self._editing.frame, self._source.picture
-        is_shown = self._source.is_settled_at(frame) and not (picture.problem or picture.is_black)
-        if not is_shown:
-            self._say(picture.problem or f"Frame {frame} is not shown yet: try again when it is.")
-        return is_shown
+                self._add(self.holds.best_hold(point))
 
     def pick_matte(self, receive: Callable[[str, str], None], field: str) -> None:
         """Let the next click that would set a mark choose the matte of the option `field`."""
@@ -117,7 +121,11 @@ class MarkCommands(Commands, Worker):
         """Set a mark, or give its matte to the option that waits for one."""
         receive, self._matte_receiver = self._matte_receiver, None
         if receive is None:
-            self._add(mark)
+            used_names = [other.name for other in self._editing.shot.marks]
+            if isinstance(mark, MatteMark):
+                self._add(named_after_thing(mark, used_names))
+            else:
+                self._add(self.holds.best_hold(mark))
         elif isinstance(mark, MatteMark):
             receive(mark.matte)
         else:
@@ -125,44 +133,13 @@ class MarkCommands(Commands, Worker):
 
     def _add(self, mark: Mark) -> None:
         """Add a mark to the shot, and make it the target of the next pull."""
-        self.pulls.target = mark.name
+        self.pulls.note_new_mark(mark.name)
         self._editing.do(replace(self._editing.shot, marks=(*self._editing.shot.marks, mark)))
-        self._say(f"Mark {mark.name} is set. Shift+M pulls the focus from mark to mark.")
-
-    def track(self, mark: PointMark | TrackMark, point: PointMark) -> None:
-        """Follow the surface at a point of this frame over all frames, and put a mark on it.
-
-        For a mark that is tracked already this is a correction.
-        """
-        cache, frames = self._timeline.cache, self._timeline.frames
-        if cache is None or frames is None:
-            self._say("Only surfaces in a sequence of plates can be tracked.")
-            return
-        if not self._is_playhead_shown():
-            return
-        click = Click(self._editing.frame, point.x_px, point.y_px)
-        track_mark = (
-            mark.add_click(click) if isinstance(mark, TrackMark) else TrackMark(mark.name, (click,))
+        hold = Hold.of(mark)
+        held_words = "" if hold is None else f" on the {hold}"
+        self._say(
+            f"Mark {mark.name} is set{held_words}. Shift+M pulls the focus from mark to mark."
         )
-        self.tracking.start(mark, track_mark, cache, frames)
-
-    @property
-    def has_world(self) -> bool:
-        """True if the header of the loaded plate has its camera."""
-        plate = self._source.plate
-        return plate is not None and plate.world_to_camera is not None
-
-    def fix_in_world(self, mark: PointMark) -> None:
-        """Fix the mark to the world position that is at its point now."""
-        plate = self._source.plate
-        with report_errors(self._say):
-            if plate is not None and self._is_playhead_shown():
-                self.change(mark, make_world_mark(plate, mark, self._editing.lens))
-
-    def correct(self, mark: TrackMark) -> None:
-        """Let the next click that would set a mark correct where the surface is at that frame."""
-        self.corrected_name = mark.name
-        self._say(f"Ctrl+Shift+click where {mark.name} is at this frame.")
 
     def change(self, old_mark: Mark, new_mark: Mark) -> None:
         """Change the name or smoothing of a mark; raise HeatlensError if the name is in use."""
@@ -240,21 +217,6 @@ class MarkCommands(Commands, Worker):
             }
             self._editing.do(focus_on_distances(shot, focus_m))
             self._say(f"The focus follows {mark.name} from {min(distances_m)} on.")
-
-    def _replace_by_tracked(self, old_mark: Mark, tracked_mark: TrackMark) -> None:
-        """Replace a mark by its tracked one, and report at how many frames it is visible."""
-        if old_mark in self._editing.shot.marks:  # it was not deleted meanwhile
-            self.change(old_mark, tracked_mark)
-            visible_count = sum(position.distance_m is not None for position in tracked_mark.places)
-            doubt_note = (
-                f", {len(tracked_mark.doubtful_frames)} of them to be looked at"
-                if tracked_mark.doubtful_frames
-                else ""
-            )
-            self._say(
-                f"{tracked_mark.name} is seen at {visible_count} of {len(tracked_mark.places)} "
-                f"frames{doubt_note}."
-            )
 
     def poll(self) -> None:
         """Apply finished measurements; call this once a frame."""

@@ -6,8 +6,10 @@ frames are measured a few at a time while idle.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from dataclasses import replace
 from functools import partial
+from itertools import count
 from math import inf
 
 from heatlens.core.base.background import Background
@@ -35,6 +37,19 @@ def mark_on_object(plate: Plate, point: PointMark) -> PointMark | MatteMark:
     """Return a mark on the thing under a point; the point itself where there is none."""
     thing = thing_at(plate, int(point.x_px), int(point.y_px))
     return point if thing is None else MatteMark(point.name, thing)
+
+
+def named_after_thing(mark: MatteMark, used_names: Collection[str]) -> MatteMark:
+    """Return the mark with the name of its thing, such as "hero", or "hero 2" if that is used.
+
+    A thing that has only a number or a channel keeps the letter.
+    """
+    source, _, thing = mark.matte.partition(":")
+    name = thing.rpartition("/")[2].strip()
+    if source == "matte" or name.isdigit() or not name or not name.isprintable():
+        return mark
+    names = (f"{name} {number}" if number > 1 else name for number in count(1))
+    return replace(mark, name=next(it for it in names if it not in used_names))
 
 
 def smooth_distances(mark: Mark, distances_m: Distances, frames: FrameRange) -> Distances:

@@ -11,7 +11,7 @@ from heatlens.core.base.outside_text import printable
 from heatlens.core.model.focus.live_focus import Follow
 from heatlens.core.model.lens.lens import measured_label, measured_text, parse_measured_m
 from heatlens.core.model.marks.mark import Mark, MarkDistance
-from heatlens.core.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark
+from heatlens.core.model.marks.marks import PointMark
 from heatlens.core.model.marks.track_mark import TrackMark, TrackPlace
 from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.lens_parameter import LensParameter
@@ -22,25 +22,20 @@ from heatlens.studio.board.desks import TimeDesk
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import probe, texts, theme, topmost, widgets
 from heatlens.studio.ui.field_row import field_row
+from heatlens.studio.ui.panels.mark_row import mark_row_controls, same_line_if_fits
 from heatlens.studio.ui.state import UiState
 
 _NAME_EM, _MIN_NAME_EM, _DISTANCE_EM = 5.0, 3.2, 4.4
 _ROW_EM = 20.5  # width of the widest row without the name of its mark
 _PULL = "pull focus"
+_PULL_EM = 22.0, 15.0  # width and largest height of its popup
 _HERE = "here"
-_GAP = 4.0  # between the buttons of a mark, in pixels
 _RADIUS_EM = 0.33  # radius of the ring around a point
 _MAX_PULL_FRAMES = 100_000  # frames
-_FOLLOW_TIP = "Keys the focus on it at every frame from in to out; frames not in memory are read."
-_LIVE_TIP = "Keeps the focus on it in place of keys: changed plates, marks or lenses change it."
 _KEYS_TIP = "Makes the few keys that describe this focus, to be edited."
 _STOP_TIP = "Ends the following; the focus stays as it is at this frame."
-_TRACK_TIP = "Keeps the mark on the surface that is at its point now, at all frames."
-_PLACE_TIP = "Keeps the mark at the place in the world that is at its point now."
-_CORRECT_TIP = "Ctrl+Shift+click then tells where the surface is at this frame."
 _PULL_TIP = "Pulls the focus from here to a mark (Shift+M)."
 _GO_ON_TIP = "Shift+Enter: goes to the end of the pull, where the next one begins."
-_PART_TIP = "The part of the object that is measured: its middle, or its nearest part."
 
 
 def mark_buttons(desk: TimeDesk, ui: UiState) -> None:
@@ -88,7 +83,7 @@ def _live_rows(desk: TimeDesk) -> None:
     with widgets.disabled(not live_following.live.measured):
         if widgets.button("make keys", "make keys", _KEYS_TIP):
             live_following.make_keys()
-    _same_line_if_fits("stop following")
+    same_line_if_fits("stop following")
     if widgets.button("stop following", "stop following", _STOP_TIP):
         live_following.stop_following()
 
@@ -112,7 +107,7 @@ def _mark_row(desk: TimeDesk, unit: str, mark: Mark) -> None:
         full_text = f" {measured_text(desk.editing.lens, distance.distance_m, unit)}."
     texts.tooltip(f"{mark.meaning}{full_text}")
     imgui.table_next_column()
-    _row_buttons(desk, mark)
+    mark_row_controls(desk, mark)
 
 
 def _distance_text(desk: TimeDesk, distance: MarkDistance, unit: str) -> str:
@@ -120,64 +115,6 @@ def _distance_text(desk: TimeDesk, distance: MarkDistance, unit: str) -> str:
     if distance.distance_m is not None:
         return measured_label(desk.editing.lens, distance.distance_m, unit)
     return "hidden" if distance.is_known else "measuring"
-
-
-def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
-    """Draw the buttons of a mark, and run the command of a pressed one."""
-    commands = desk.marks
-    if widgets.button(f"focus##{mark.name}", f"go {mark.name}"):
-        commands.focus_on(mark)
-    if not isinstance(mark, DistanceMark):
-        _same_line_if_fits("follow")
-        with widgets.disabled(commands.is_reading):
-            if widgets.button(f"follow##{mark.name}", f"follow {mark.name}", _FOLLOW_TIP):
-                commands.follow(mark)
-        _same_line_if_fits("live")
-        if widgets.button(f"live##{mark.name}", f"live {mark.name}", _LIVE_TIP):
-            commands.live.follow(mark)
-    if isinstance(mark, PointMark | TrackMark) and desk.timeline.cache is not None:
-        _surface_buttons(desk, mark)
-    if isinstance(mark, MatteMark):
-        _part_button(desk, mark)
-    _same_line_if_fits("x")
-    if widgets.button(f"x##{mark.name}", f"delete {mark.name}"):
-        commands.delete(mark)
-
-
-def _part_button(desk: TimeDesk, mark: MatteMark) -> None:
-    """Draw the button that switches the measured part of an object."""
-    _same_line_if_fits(mark.part)
-    if widgets.button(f"{mark.part}##{mark.name}", f"part {mark.name}", _PART_TIP):
-        other_parts = [part for part in MattePart if part is not mark.part]
-        desk.marks.change(mark, replace(mark, part=other_parts[0]))
-
-
-def _surface_buttons(desk: TimeDesk, mark: PointMark | TrackMark) -> None:
-    """Draw the buttons that track a surface, or fix the mark in the world."""
-    _same_line_if_fits("correct")
-    with widgets.disabled(desk.marks.is_reading):
-        _track_button(desk, mark)
-    if isinstance(mark, PointMark) and desk.marks.has_world:
-        _same_line_if_fits("place")
-        if widgets.button(f"place##{mark.name}", f"place {mark.name}", _PLACE_TIP):
-            desk.marks.fix_in_world(mark)
-
-
-def _same_line_if_fits(word: str) -> None:
-    """Stay in the line if a button with this word fits there, else begin the next line."""
-    width = imgui.calc_text_size(word).x + 2 * imgui.get_style().frame_padding.x
-    end = imgui.get_item_rect_max().x + _GAP + width
-    if end <= imgui.internal.get_current_window().work_rect.max.x:
-        imgui.same_line(0.0, _GAP)
-
-
-def _track_button(desk: TimeDesk, mark: PointMark | TrackMark) -> None:
-    """Draw the button that tracks a surface, or corrects the tracked mark."""
-    if isinstance(mark, TrackMark):
-        if widgets.button(f"correct##{mark.name}", f"correct {mark.name}", _CORRECT_TIP):
-            desk.marks.correct(mark)
-    elif widgets.button(f"track##{mark.name}", f"track {mark.name}", _TRACK_TIP):
-        desk.marks.track(mark, mark)
 
 
 def _close_focus_row(desk: TimeDesk, unit: str) -> None:
@@ -202,9 +139,8 @@ def pull_popup(desk: TimeDesk, ui: UiState, unit: str) -> None:
             return
         pulls.suggest()
         imgui.open_popup(_PULL)
-    screen = imgui.get_main_viewport()
-    imgui.set_next_window_pos(screen.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
-    imgui.set_next_window_size(ImVec2(22 * imgui.get_font_size(), 0))
+    imgui.set_next_window_pos(_pull_corner(), imgui.Cond_.appearing)
+    imgui.set_next_window_size(ImVec2(_PULL_EM[0] * imgui.get_font_size(), 0))
     if imgui.begin_popup(_PULL):
         topmost.disable_key_navigation()
         imgui.text(f"Pull the focus from frame {desk.editing.frame}")
@@ -224,6 +160,23 @@ def pull_popup(desk: TimeDesk, ui: UiState, unit: str) -> None:
         if widgets.button("Cancel", "cancel pull"):
             imgui.close_current_popup()
         imgui.end_popup()
+
+
+def _pull_corner() -> ImVec2:
+    """Return where the popup of the pull begins: under the focus bar, and never over the picture.
+
+    Where there is no room under the bar, it stands at the foot of the column of panels.
+    """
+    em, screen = imgui.get_font_size(), imgui.get_main_viewport()
+    width, height = (em * value for value in _PULL_EM)
+    bottom = screen.work_pos.y + screen.work_size.y
+    picture = imgui.internal.find_window_by_name("Picture")
+    if picture is None:
+        return screen.get_center()
+    end = ImVec2(picture.pos.x + picture.size.x, picture.pos.y + picture.size.y)
+    if end.y + height <= bottom:
+        return ImVec2(picture.pos.x + (picture.size.x - width) / 2, end.y)
+    return ImVec2(end.x, bottom - height)
 
 
 def _pull_fields(desk: TimeDesk, unit: str) -> None:

@@ -1,0 +1,129 @@
+"""What marks on plates hold on to over the frames: a place in the world, a surface, or a pixel."""
+
+from collections.abc import Callable, Iterator
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.messages import report_errors
+from heatlens.core.model.marks.mark import Mark
+from heatlens.core.model.marks.marks import Hold, PointMark, WorldMark
+from heatlens.core.model.marks.track_mark import Click, TrackMark
+from heatlens.media.plate.mark_distance import make_world_mark, stands_still, world_point
+from heatlens.media.plate.plate import Plate
+from heatlens.studio.session.marks.mark_measuring import SurfaceTracking
+from heatlens.studio.session.shared import Commands, Shared
+from heatlens.studio.session.time.timeline import Timeline
+
+
+class MarkHolds(Commands):
+    """Chooses what a mark holds on to, and changes it; a change is one undo step."""
+
+    def __init__(
+        self, shared: Shared, timeline: Timeline, change: Callable[[Mark, Mark], None]
+    ) -> None:
+        """Create it; `change` replaces a mark of the shot by another one."""
+        super().__init__(shared)
+        self._timeline, self._change = timeline, change
+        self.tracking = SurfaceTracking(shared, self._replace_by_tracked)
+        self.corrected_name: str | None = None  # the tracked mark that the next click corrects
+
+    def is_playhead_shown(self) -> bool:
+        """Return True if the picture is that of the playhead's frame; report it otherwise."""
+        frame, picture = self._editing.frame, self._source.picture
+        is_shown = self._source.is_settled_at(frame) and not (picture.problem or picture.is_black)
+        if not is_shown:
+            self._say(picture.problem or f"Frame {frame} is not shown yet: try again when it is.")
+        return is_shown
+
+    def best_hold(self, point: PointMark) -> PointMark | WorldMark:
+        """Return a mark on the place in the world at a point if it stands still, else the point.
+
+        It is compared with the frames in memory, so that nothing has to be read.
+        """
+        plate, lens = self._source.plate, self._editing.lens
+        if plate is None or plate.world_to_camera is None or self._source.has_camera:
+            return point
+        try:
+            mark = make_world_mark(plate, point, lens)
+        except InputError:  # the sky has no place
+            return point
+        return mark if stands_still(self._plates_in_memory(), mark, lens) else point
+
+    def _plates_in_memory(self) -> Iterator[Plate]:
+        cache, frames = self._timeline.cache, self._timeline.frames
+        for frame in () if cache is None or frames is None else frames:
+            if cache is not None and isinstance(plate := cache.get(frame), Plate):
+                yield plate
+
+    def hold_on_to(self, mark: Mark, hold: Hold) -> None:
+        """Let the mark hold on to something else that is where it is at this frame."""
+        point = self._point_of(mark)
+        if point is None:
+            self._say(f"{mark.name} is not in the picture at this frame: go to one that shows it.")
+        elif hold is Hold.SURFACE:
+            self.track(mark, point)
+        elif hold is Hold.PLACE:
+            self.fix_in_world(mark, point)
+        elif self.is_playhead_shown():
+            self._change(mark, point)
+
+    def _point_of(self, mark: Mark) -> PointMark | None:
+        """Return the point of the picture at which a mark is at this frame; None without one."""
+        if isinstance(mark, PointMark):
+            return mark
+        if isinstance(mark, TrackMark):
+            place = mark.place_at(self._editing.frame)
+            return PointMark(mark.name, place.x_px, place.y_px) if place is not None else None
+        plate = self._source.plate
+        if isinstance(mark, WorldMark) and plate is not None and self.is_playhead_shown():
+            return world_point(plate, mark, self._editing.lens)
+        return None
+
+    def track(self, mark: Mark, point: PointMark) -> None:
+        """Follow the surface at a point of this frame over all frames, and put a mark on it.
+
+        For a mark that is tracked already this is a correction.
+        """
+        cache, frames = self._timeline.cache, self._timeline.frames
+        if cache is None or frames is None:
+            self._say("Only surfaces in a sequence of plates can be tracked.")
+            return
+        if not self.is_playhead_shown():
+            return
+        click = Click(self._editing.frame, point.x_px, point.y_px)
+        track_mark = (
+            mark.add_click(click) if isinstance(mark, TrackMark) else TrackMark(mark.name, (click,))
+        )
+        self.tracking.start(mark, track_mark, cache, frames)
+
+    @property
+    def has_world(self) -> bool:
+        """True if the header of the loaded plate has its camera."""
+        plate = self._source.plate
+        return plate is not None and plate.world_to_camera is not None
+
+    def fix_in_world(self, mark: Mark, point: PointMark) -> None:
+        """Fix the mark to the world position that is at a point now."""
+        plate = self._source.plate
+        with report_errors(self._say):
+            if plate is not None and self.is_playhead_shown():
+                self._change(mark, make_world_mark(plate, point, self._editing.lens))
+
+    def correct(self, mark: TrackMark) -> None:
+        """Let the next click that would set a mark correct where the surface is at that frame."""
+        self.corrected_name = mark.name
+        self._say(f"Ctrl+Shift+click where {mark.name} is at this frame.")
+
+    def _replace_by_tracked(self, old_mark: Mark, tracked_mark: TrackMark) -> None:
+        """Replace a mark by its tracked one, and report at how many frames it is visible."""
+        if old_mark in self._editing.shot.marks:  # it was not deleted meanwhile
+            self._change(old_mark, tracked_mark)
+            visible_count = sum(position.distance_m is not None for position in tracked_mark.places)
+            doubt_note = (
+                f", {len(tracked_mark.doubtful_frames)} of them to be looked at"
+                if tracked_mark.doubtful_frames
+                else ""
+            )
+            self._say(
+                f"{tracked_mark.name} is seen at {visible_count} of {len(tracked_mark.places)} "
+                f"frames{doubt_note}."
+            )
