@@ -1,4 +1,4 @@
-"""Draw words: in color, cut to a width, and as tooltips."""
+"""Draw words: in color, cut to a width, as tooltips, and distances at a glance."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from imgui_bundle import ImVec2, ImVec4, imgui
 
 from heatlens.core.base.outside_text import printable
+from heatlens.core.model.lens.lens import Lens, as_measured_m
+from heatlens.core.model.units import label_distance
 
 
 def tooltip(text: str) -> None:
@@ -80,3 +82,8 @@ def colored(color: ImVec4 | None, slot: int = imgui.Col_.text) -> Iterator[None]
         yield
     finally:
         imgui.pop_style_color()
+
+
+def measured_label(lens: Lens, distance_m: float, unit: str = "m") -> str:
+    """Return a distance from the entrance pupil to be read at a glance, from this lens's origin."""
+    return label_distance(as_measured_m(lens, distance_m), unit)

@@ -21,7 +21,7 @@ from heatlens.core.base.errors import LensError
 from heatlens.core.model.lens.aperture import APERTURE_FIELDS, Aperture
 from heatlens.core.model.lens.opening_fields import OpeningFields
 from heatlens.core.model.option import Option, option, option_field, options_of
-from heatlens.core.model.units import format_distance, label_distance, parse_distance_m
+from heatlens.core.model.units import format_distance, parse_distance_m
 
 
 @dataclass(frozen=True)
@@ -272,11 +272,6 @@ def from_pupil_m(lens: Lens, measured_m: float) -> float:
 def measured_text(lens: Lens, distance_m: float, unit: str = "m") -> str:
     """Return a distance from the entrance pupil as text, from this lens's origin."""
     return format_distance(as_measured_m(lens, distance_m), unit)
-
-
-def measured_label(lens: Lens, distance_m: float, unit: str = "m") -> str:
-    """Return a distance from the entrance pupil to be read at a glance, from this lens's origin."""
-    return label_distance(as_measured_m(lens, distance_m), unit)
 
 
 def parse_measured_m(lens: Lens, text: str) -> float:

@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.focus.coc import far_limit_m, hyperfocal_m, near_limit_m
-from heatlens.core.model.lens.lens import Lens, measured_label, measured_text
+from heatlens.core.model.lens.lens import Lens, measured_text
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.coc_line import focused_at, nudge_lens
 from heatlens.studio.board.facts import Facts
@@ -243,7 +243,7 @@ class _Bar:
         return measured_text(self.lens, pointed_m, self._unit)
 
     def _distance_words(self, distance_m: float) -> str:
-        return measured_label(self.lens, distance_m, self._unit)
+        return texts.measured_label(self.lens, distance_m, self._unit)
 
 
 def _window_color() -> tuple[float, float, float]:

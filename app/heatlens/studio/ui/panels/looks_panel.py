@@ -7,7 +7,6 @@ from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from heatlens.core.base.outside_text import printable
-from heatlens.core.model.lens.lens import measured_label
 from heatlens.core.model.shot.look import Look
 from heatlens.core.model.view.compared_looks import grid_names, is_look_b
 from heatlens.core.model.view.view import GRID_MOST, Compare
@@ -147,7 +146,7 @@ def _look_row(facts: Facts, desk: PictureDesk, stills: LookStills, index: int, l
         imgui.new_line()
     imgui.text_disabled(words)
     probe.note(f"lens of look {look.name}")
-    imgui.text_disabled(f"at {measured_label(lens, lens.focus_distance_m, facts.view.unit)}")
+    imgui.text_disabled(f"at {texts.measured_label(lens, lens.focus_distance_m, facts.view.unit)}")
     _look_buttons(facts, desk, look)
     imgui.end_group()
     imgui.pop_id()

@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.messages import report_errors
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.focus.live_focus import Follow
-from heatlens.core.model.lens.lens import measured_label, measured_text, parse_measured_m
+from heatlens.core.model.lens.lens import measured_text, parse_measured_m
 from heatlens.core.model.marks.mark import Mark, MarkDistance
 from heatlens.core.model.marks.marks import PointMark
 from heatlens.core.model.marks.track_mark import TrackMark, TrackPlace
@@ -113,7 +113,7 @@ def _mark_row(desk: TimeDesk, unit: str, mark: Mark) -> None:
 def _distance_text(desk: TimeDesk, distance: MarkDistance, unit: str) -> str:
     """Return the distance of a mark as text, or why there is none."""
     if distance.distance_m is not None:
-        return measured_label(desk.editing.lens, distance.distance_m, unit)
+        return texts.measured_label(desk.editing.lens, distance.distance_m, unit)
     return "hidden" if distance.is_known else "measuring"
 
 

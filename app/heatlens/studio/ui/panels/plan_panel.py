@@ -9,10 +9,10 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.focus.coc import sharp_dioptres
-from heatlens.core.model.lens.lens import Lens, measured_label
+from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.units import FOOT_M
 from heatlens.studio.board.plan import Plan, PlanMark
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.panels.depth_scale import tick_text
 
 _EDGE_EM, _CAMERA_EM, _MIN_HEIGHT_EM = 1.0, 1.0, 8.0
@@ -209,7 +209,7 @@ class _Drawing:
         em, distance_m = self._em, self._lens.focus_distance_m
         first, *_, last = self._plane_points(0.0)
         self._draw_plane(0.0, theme.colors.accent, _NEEDLE_EM)
-        words = measured_label(self._lens, distance_m, self._unit)
+        words = texts.measured_label(self._lens, distance_m, self._unit)
         width = imgui.calc_text_size(words).x + 0.6 * em
         flag_corner = ImVec2(max(first.x - width, self._corner.x), first.y - 0.6 * em)
         flag_end = ImVec2(flag_corner.x + width, flag_corner.y + 1.2 * em)

@@ -1,7 +1,4 @@
-"""Draw what the Source panel shows of a plate: how its depth was read and why, and other readings.
-
-A scene has the depth of its picture, which is read in one way only.
-"""
+"""Draw what the Source panel shows of a plate: how its depth was read and why, and other ways."""
 
 import math
 from collections.abc import Callable, Sequence

@@ -5,7 +5,7 @@ from dataclasses import replace
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.lens.breathing import plate_ratio
-from heatlens.core.model.lens.lens import Lens, measured_label
+from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.look import Look
 from heatlens.core.model.view.compared_looks import grid_names, is_look_b, look_named
 from heatlens.core.model.view.view import Compare, ViewState
@@ -18,6 +18,7 @@ from heatlens.render.preview.shown import Shown
 from heatlens.render.rendered_frames.screen_work import KeptFrame, ScreenWork
 from heatlens.studio.board.desks import PictureDesk
 from heatlens.studio.board.facts import Facts
+from heatlens.studio.ui import texts
 from heatlens.studio.ui.picture.grid import Pictures, Tile
 
 
@@ -179,5 +180,5 @@ class SeenPictures:
         return Tile(look.name, printable(words), texture, texture.width != width, is_current_lens)
 
     def _lens_words(self, lens: Lens) -> str:
-        distance = measured_label(lens, lens.focus_distance_m, self._facts.view.unit)
+        distance = texts.measured_label(lens, lens.focus_distance_m, self._facts.view.unit)
         return f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}  at {distance}"
