@@ -1,7 +1,9 @@
 """Shot files of a session: opened, saved, autosaved, offered after a crash, and named."""
 
 import hashlib
+import os
 from dataclasses import replace
+from datetime import datetime
 
 import pytest
 
@@ -49,10 +51,11 @@ def save_shot(session, path):
 
 def test_title_has_a_star_while_changes_are_unsaved(session, documents, tmp_path):
     assert documents.title == documents.shot_name == ""
-    assert documents.window_title == "walls.####.exr"
+    folder = session.source.plate.path.parent.name
+    assert documents.window_title == folder
     assert not documents.is_saved and not documents.save()
     set_marks(session, MARK)
-    assert documents.window_title == "walls.####.exr *"
+    assert documents.window_title == f"{folder} *"
     path = tmp_path / "walls.v1.heatlens.json"
     save_shot(session, path)
     assert documents.title == path.name == documents.window_title and documents.is_saved
@@ -156,6 +159,30 @@ def open_with_offer(tmp_path, path):
     session = begin_session(tmp_path / "preferences", str(path))
     run_until(session, lambda: session.files.documents.offer is not None, "the offer")
     return session
+
+
+def test_offer_tells_when_the_shot_was_left_and_what_is_unsaved(tmp_path):
+    path = write_crashed_shot(tmp_path)
+    left = datetime.now().replace(hour=3, minute=49).timestamp()
+    os.utime(autosave_path(path), (left, left))
+    session = open_with_offer(tmp_path, path)
+    words = session.files.documents.offer.words
+    assert words == "You left this shot unsaved at 03:49: 1 mark, 0 keys."
+    session.close()
+
+
+def test_shot_that_cannot_be_written_is_told_in_a_box_and_is_no_recent_file(
+    session, documents, tmp_path
+):
+    set_marks(session, MARK)
+    path = tmp_path / "file" / "pull.heatlens.json"
+    path.parent.write_text("a file, and no folder")
+    save_shot(session, path)
+    assert documents.failed_save and str(path) in documents.failed_save
+    assert str(path) not in session.preferences.values.recent and not documents.is_saved
+    documents.failed_save = ""
+    save_shot(session, tmp_path / "pull.heatlens.json")
+    assert not documents.failed_save and documents.is_saved
 
 
 def test_autosaved_changes_are_offered_and_can_be_restored(tmp_path):

@@ -109,7 +109,7 @@ def test_open_shot_by_double_click_in_the_browser(gui, tmp_path):
     assert gui.session.facts.shot == shot
 
 
-@pytest.mark.parametrize("answer", ["Recover it", "Discard it"])
+@pytest.mark.parametrize("answer", ["Go on with it", "Open it as saved"])
 def test_autosave_is_offered_after_a_crash_and_recovered_or_discarded(gui, tmp_path, answer):
     path, saved = tmp_path / "pull.heatlens.json", gui.session.facts.shot
     write_shot(path, saved)
@@ -120,7 +120,7 @@ def test_autosave_is_offered_after_a_crash_and_recovered_or_discarded(gui, tmp_p
     gui.key(K.m)  # means nothing while there is a question
     gui.click(gui.middle(f"unsaved {answer}"))
     gui.until(lambda: gui.session.files.documents.path == path, "the shot")
-    is_recovered = answer == "Recover it"
+    is_recovered = answer == "Go on with it"
     assert gui.session.facts.shot == (with_keys_and_marks(saved) if is_recovered else saved)
     assert gui.session.files.documents.is_saved is not is_recovered
     draw_until_saved(gui)
@@ -135,3 +135,18 @@ def test_truncated_autosave_is_not_offered(gui, tmp_path):
     autosave_path(path).write_text('{"heatlens_shot": 1, "le')
     open_shot(gui, path)
     assert gui.session.files.documents.offer is None and gui.session.files.documents.is_saved
+
+
+def test_failed_save_asks_for_another_place_and_enter_opens_the_dialog(gui, tmp_path):
+    documents = gui.session.files.documents
+    (tmp_path / "file").write_text("a file, and no folder")
+    for key in (K.escape, K.enter):
+        documents.save_as(tmp_path / "file" / "pull.heatlens.json")
+        gui.until(lambda: documents.failed_save, "the reason")
+        gui.frame(3)
+        assert "save elsewhere" in gui.drawn
+        gui.key(key)
+        gui.frame(3)
+        assert not documents.failed_save
+        assert gui.ui.dialogs.is_open is (key is K.enter)
+    gui.key(K.escape)

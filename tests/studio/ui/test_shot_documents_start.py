@@ -22,7 +22,7 @@ def test_unnamed_shot_is_recovered_after_a_crash(ctx, tmp_path):
     with gui_of(ctx, pattern, Preferences.load(folder), defocus=QUICK) as gui:
         gui.until(lambda: gui.session.files.documents.offer is not None, "the question")
         gui.frame(3)
-        gui.click(gui.middle("unsaved Recover it"))
+        gui.click(gui.middle("unsaved Go on with it"))
         gui.frame(2)
         assert gui.session.facts.shot == shot
 

@@ -83,7 +83,8 @@ def test_title_names_the_sequence_and_marks_unsaved_changes(session_context, tmp
     folder = sequence_files(tmp_path)
     with gui_of(session_context, folder, defocus=QUICK) as gui:
         documents = gui.session.files.documents
-        assert "#" in documents.window_title and not documents.window_title.endswith("*")
+        plate = gui.session.facts.plate
+        assert plate is not None and documents.window_title == plate.path.parent.name
         gui.session.time.marks.set_here()
         assert documents.window_title.endswith(" *")
         gui.session.editing.undo()

@@ -182,6 +182,10 @@ class Preferences:
         """Put an opened file first in the list of recent files."""
         self.change(recent=with_first((absolute(text),), self.values.recent))
 
+    def forget_opened(self, text: str) -> None:
+        """Remove a file from the list of recent files, because it could not be written."""
+        self.change(recent=tuple(it for it in self.values.recent if it != absolute(text)))
+
     def remember_folder(self, purpose: str, folder: Path) -> None:
         """Remember the folder in which a file was chosen."""
         self.change(folders={**self.values.folders, purpose: str(folder)})

@@ -54,9 +54,9 @@ class ShotDocuments(Commands, Worker):
         self._saved: Shot | None = None
         self._autosaved_shot: Shot | None = None  # the shot that is autosaved, or needs no autosave
         self._read_future: Future[StoredShot] | None = None
-        self._writes: list[
-            tuple[Future[None], str]
-        ] = []  # writes, each with the message when it is done
+        self.failed_save = ""  # why the shot could not be saved, until the user has answered
+        # Writes, each with the shot file that it saves, or None.
+        self._writes: list[tuple[Future[None], Path | None]] = []
         self._unnamed_shot = self._editing.shot  # the shot without a file, as it was opened
         self._pending_document: Document | None = None  # its plate is being opened
         self._clip: ReelShot | None = None  # the clip of a reel that is being opened
@@ -96,7 +96,7 @@ class ShotDocuments(Commands, Worker):
         if unnamed_path is not None:  # the shot has a file now, so the other autosave is not needed
             self._track_write(self.store.drop_autosave(unnamed_path))
         self.path, self._saved, self._autosaved_shot = path, shot, shot
-        self._writes.append((self.store.save(path, shot), f"Saved {path}."))
+        self._writes.append((self.store.save(path, shot), path))
         self._preferences.remember_opened(str(path))
 
     def proposed_name(self) -> str:
@@ -134,13 +134,13 @@ class ShotDocuments(Commands, Worker):
 
     @property
     def window_title(self) -> str:
-        """The name of the shot's file, else of the open source, with a star for unsaved changes."""
+        """The name of the shot's file, else of the open file or folder; a star for changes."""
         if self.path is not None:
             return self.title
         plate, sequence = self._source.plate, self._sequence
         name = "" if plate is None else plate.path.name
         if sequence is not None:
-            name = sequence.form.text
+            name = sequence.path_at(sequence.first).parent.name
         return f"{name}{' *' if self.has_unnamed_changes else ''}"
 
     @property
@@ -286,19 +286,21 @@ class ShotDocuments(Commands, Worker):
         """Report the writes that have finished, and each problem once."""
         done_writes = [entry for entry in self._writes if entry[0].done()]
         self._writes = [entry for entry in self._writes if entry not in done_writes]
-        for future, sentence in done_writes:
+        for future, path in done_writes:
             try:
                 future.result()
-                if sentence:
-                    self._say(sentence)
+                if path is not None:
+                    self._say(f"Saved {path}.")
             except (HeatlensError, OSError) as error:
-                self._saved = None if sentence else self._saved
+                if path is not None:
+                    self._saved, self.failed_save = None, str(error)
+                    self._preferences.forget_opened(str(path))
                 if str(error) != self._reported_problem:
                     self._say(Problem(error))
-                self._reported_problem = "" if sentence else str(error)
+                self._reported_problem = str(error) if path is None else ""
 
     def _track_write(self, future: Future[None]) -> None:
-        self._writes.append((future, ""))
+        self._writes.append((future, None))
 
     def _unnamed_path(self) -> Path | None:
         """Return the file that keeps the unsaved changes of a shot without a file; else None."""

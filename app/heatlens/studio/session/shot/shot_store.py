@@ -4,12 +4,14 @@ import re
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import TypeVar
 
 from heatlens.core.base.background import Threads
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.faults import report_faults
+from heatlens.core.model.keys.key_rows import key_count
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.shot_file import (
     SHOT_SUFFIX,
@@ -32,6 +34,19 @@ class StoredShot:
     path: Path
     saved: Shot | None  # None if there is no file, only unsaved changes
     unsaved: Shot | None
+    left_at: float = 0.0  # when the unsaved changes were written, in seconds since 1970
+
+    @property
+    def words(self) -> str:
+        """When the shot was left, and how many marks and keys it has that are not saved."""
+        clock = datetime.fromtimestamp(self.left_at)
+        day = "" if clock.date() == datetime.now().date() else f"{clock:%d %B} "
+        shot = self.unsaved
+        counts = {"mark": 0, "key": 0}
+        if shot is not None:
+            counts = {"mark": len(shot.marks), "key": key_count(shot)}
+        counted = ", ".join(f"{n} {word}{'s' * (n != 1)}" for word, n in counts.items())
+        return f"You left this shot unsaved at {day}{clock:%H:%M}: {counted}."
 
 
 class ShotStore:
@@ -109,7 +124,8 @@ def _read_both(path: Path, is_required: bool) -> StoredShot:
         if saved is None:
             raise
         unsaved = None  # the crash interrupted the autosave
-    return StoredShot(path, saved, unsaved)
+    left_at = autosave.stat().st_mtime if unsaved is not None else 0.0
+    return StoredShot(path, saved, unsaved, left_at)
 
 
 def _write_beside(path: Path, shot: Shot) -> None:

@@ -82,6 +82,27 @@ def _answer_button(words: str) -> bool:
     return is_pressed
 
 
+def save_question(ui: UiState) -> None:
+    """Draw why the shot could not be saved, until the user saves it elsewhere or lets it be."""
+    documents = ui.files.documents
+    if not documents.failed_save:
+        return
+    with question("Not saved###failed save", width_em=30.0) as is_visible:
+        if not is_visible:
+            return
+        imgui.text_wrapped(printable(documents.failed_save))
+        widgets.spacer()
+        is_elsewhere = widgets.button("Save elsewhere...", "save elsewhere")
+        is_elsewhere |= imgui.is_key_pressed(imgui.Key.enter, False)
+        imgui.same_line()
+        is_over = widgets.button("Go on unsaved", "go on unsaved") or topmost.is_escaped()
+        if is_elsewhere or is_over:
+            documents.failed_save = ""
+            imgui.close_current_popup()
+        if is_elsewhere:
+            ui.dialogs.ask("save shot")
+
+
 def shot_question(files: FileDesk) -> None:
     """Draw the question while there are unsaved changes to recover."""
     offer = files.documents.offer
@@ -90,13 +111,10 @@ def shot_question(files: FileDesk) -> None:
     with question("Not saved###unsaved shot", width_em=30.0) as is_visible:
         if not is_visible:
             return
-        reason = "A shot of this plate was never saved to a file."
-        if offer.saved is not None:
-            reason = f"{printable(offer.path.name)} has unsaved changes."
-        imgui.text_wrapped(reason)
-        imgui.text_wrapped("heatlens ended before this was saved. Recover it?")
+        imgui.text_wrapped(printable(offer.words))
         widgets.spacer()
-        for name, recovers in (("Recover it", True), ("Discard it", False)):
+        start_anew = "Start anew" if offer.saved is None else "Open it as saved"
+        for name, recovers in (("Go on with it", True), (start_anew, False)):
             is_entered = recovers and imgui.is_key_pressed(imgui.Key.enter, False)
             if widgets.button(name, f"unsaved {name}") or is_entered:
                 files.documents.answer(recovers)
