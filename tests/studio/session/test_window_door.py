@@ -188,6 +188,21 @@ def test_hand_over_reaches_the_later_of_two_windows(door, wake_event):
     later.close()
 
 
+def test_closed_later_window_gives_the_door_back(door, wake_event):
+    later = WindowDoor(lambda: None)
+    later.close()
+    assert hand_over(["/a.exr"]) and wake_event.wait(10)
+    assert door.pop_names() == ["/a.exr"]
+
+
+def test_door_of_an_earlier_window_that_has_gone_answers_nobody(door):
+    later = WindowDoor(lambda: None)
+    door.close()
+    assert hand_over(["/a.exr"]) and later.pop_names() == ["/a.exr"]
+    later.close()
+    assert not hand_over(["/a.exr"])
+
+
 def test_hand_over_ignores_windows_with_other_preferences(door, monkeypatch, tmp_path):
     monkeypatch.setenv("HEATLENS_CONFIG_DIR", str(tmp_path / "other"))
     assert not hand_over(["/a.exr"])

@@ -105,6 +105,7 @@ class WindowDoor:
         self._secret = secrets.token_hex(32)
         self._clients = BoundedSemaphore(_CLIENTS_MOST)
         self._socket: socket.socket | None = None
+        self._earlier_door: tuple[int, bytes] | None = None  # of the window that listened before
         with suppress(OSError, InputError):
             self._start_listening()
 
@@ -112,20 +113,32 @@ class WindowDoor:
         """Listen on a free port, and write the port and the secret to the file."""
         self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._socket = listening_socket = socket.create_server((_HOST, 0), backlog=_CLIENTS_MOST)
-        record = {"port": listening_socket.getsockname()[1], "secret": self._secret}
+        with suppress(OSError, ValueError):
+            self._earlier_door = _read_door(self._path)
+        self._write_door(listening_socket.getsockname()[1], self._secret)
+        Thread(target=self._accept_clients, args=(listening_socket,), daemon=True).start()
+
+    def _write_door(self, port: int, secret: str) -> None:
+        """Write a port and a secret to the file."""
+        record = {"port": port, "secret": secret}
         # Others may be able to write in the folder, so links there are not followed.
         write_whole(self._path, json.dumps(record).encode(), FOR_THE_USER, follows_links=False)
-        Thread(target=self._accept_clients, args=(listening_socket,), daemon=True).start()
 
     def pop_names(self) -> list[str]:
         """Return the names of the oldest waiting request and remove it; [] if there is none."""
         return self._names.popleft() if self._names else []
 
     def close(self) -> None:
-        """Stop listening and delete the file, unless it belongs to a later window."""
-        with suppress(OSError, ValueError):
+        """Stop listening, and give the file back to the window that listened before, if any.
+
+        A file that belongs to a later window stays.
+        """
+        with suppress(OSError, ValueError, InputError):
             if _read_door(self._path)[1] == self._secret.encode():
                 self._path.unlink()
+                if self._earlier_door is not None:
+                    port, secret = self._earlier_door
+                    self._write_door(port, secret.decode())
         if self._socket is not None:
             _shut_down(self._socket)
             self._socket.close()
