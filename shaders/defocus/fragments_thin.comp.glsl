@@ -43,7 +43,10 @@ void split_thin(ivec2 at) {
         far = mix(imageLoad(far_img, at), vec4(min(mixed.far, HALF_MAX), mixed.coverage), mixed.sure);
         near = imageLoad(near_img, at);
         near.rgb = mix(near.rgb, min(mixed.near, HALF_MAX), mixed.sure);
-    } else {  // the surface behind is guessed in the far layer; wide surfaces keep their pixels
+    } else {
+        // Unlike a far rim, the pixel stores no color of the surface behind, which its own layer guesses; near_img has
+        // only the coc of that surface. A surface in focus keeps its mixed color: unmix_share is 0 there, so that the
+        // coverage is 1.
         float transmitted = 1.0 - max(mixed.coverage, LEAST_THIN_COVERAGE);
         float coverage = 1.0 - mixed.sure * unmix_share(coc) * transmitted;
         vec3 own = max((x - (1.0 - coverage) * mixed.far) / coverage, 0.0);

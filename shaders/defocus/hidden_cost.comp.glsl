@@ -7,7 +7,7 @@
 // next visible pixel, its two ends.
 //
 // Inputs
-//   layer_tx       rgb times coverage, a coverage, marked if hidden
+//   layer_tx       rgb times coverage, a coverage; below 0 in a hidden pixel (lib/hidden.lib.glsl)
 //   bits_buf       visible pixels (hidden_blocks.comp.glsl)
 //   two lists      first: the first hidden pixel of each block (hidden_blocks.comp.glsl)
 // Output (one texel a block; only blocks with hidden pixels are written)

@@ -9,8 +9,9 @@
 // Words: a pixel of a layer is visible if nearer layers leave it open, and hidden if the layer must be guessed there
 // (lib/hidden.lib.glsl). A block has 2 x 2 pixels. From a hidden pixel, each of four directions leads both ways to the
 // next visible pixel, its two ends.
-// More words: cost, squared difference of the two ends of a direction; likeness, their similarity, 0 to 1; listed,
-// taken from a fragment list (with LISTS); known, the share of a pixel that needs no guess.
+// More words: cost, squared difference of the two ends of a direction; similarity, 0 to 1, falls with the cost; listed,
+// taken from a fragment list (with LISTS); known, the share of a pixel that needs no guess; structure_share, how far
+// the guess follows the directions with similar ends, and smooth_share, how far it is smooth: together 1.
 //
 // Inputs
 //   cost_tx           one channel a direction (hidden_cost.comp.glsl), -1 for visible blocks beside hidden ones
@@ -21,7 +22,8 @@
 //                     see (layer_split.comp.glsl); as deep as that, lists are preferred to a guess
 //   match_tx          with MATCHED: the correction of their brightness (hidden_cost.comp.glsl)
 // In and out; read at visible and hidden pixels, written at hidden ones
-//   layer_img         rgb times coverage, a coverage; before the pass marked if hidden
+//   layer_img         rgb times coverage, a coverage. Before the pass, a of a hidden pixel is below 0 and packs its
+//                     coverage and its known share: marked_cover and marked_known of lib/hidden.lib.glsl
 //   state_img         r diameter |coc| in pixels, g share of content, 0..1
 
 #include "lib/hidden_block.lib.glsl"
@@ -37,10 +39,12 @@ uniform bool has_highlights;  // the layer is in focus, at full size, and may co
 layout(rgba32f) uniform image2D layer_img;
 layout(rg32f) uniform image2D state_img;
 
-#define LISTED_FROM 0.5        // distance up to which lists have full weight, as a share of the visible depth
-#define LISTED_TO 1.0          // distance, plus one pixel, from which lists are not used, as the same share
+// A listed surface has full weight up to a distance of LISTED_FROM from the next visible pixel, and none from LISTED_TO
+// and one pixel on. Both are shares of the depth behind the silhouette that the lens can see (listed_tx).
+#define LISTED_FROM 0.5
+#define LISTED_TO 1.0
 #define ALIKE_VARIANCE 0.04    // variance in compressed color: ends that differ by 0.2 have much less weight
-#define LEAST_LIKENESS 1e-4    // added to the similarity: if no direction has similar ends the nearest decide
+#define LEAST_SIMILARITY 1e-4    // added to the similarity: if no direction has similar ends the nearest decide
 #define DISTANCE_POWER 2.0     // weights fall with this power of the distance between the ends
 #define ALIKE_TO 0.4           // similarity of the best direction above which the guess follows structure
 #define DULL_REACH 0.8         // share of the distance to an end that is averaged behind it where the guess is smooth
@@ -119,7 +123,7 @@ vec3 match_at(ivec2 block) {
 #endif
 
 // The similarity of two ends, 0 to 1, by their squared difference.
-float likeness_of(float cost) { return exp(-cost / (2.0 * ALIKE_VARIANCE)); }
+float similarity_of(float cost) { return exp(-cost / (2.0 * ALIKE_VARIANCE)); }
 
 struct Guess {
     float gap_px;    // distance to the nearest visible pixel
@@ -137,12 +141,12 @@ float nearest_of(ivec2 ends[HIDDEN_DIRECTIONS]) {
     return nearest;
 }
 
-// 0 if some direction has similar ends, 1 if none has.
-float difference_of(ivec2 ends[HIDDEN_DIRECTIONS], vec4 cost) {
-    float most_alike = 0.0;
+// The share of the guess that is smooth: 0 if some direction has similar ends, 1 if none has.
+float smooth_share_of(ivec2 ends[HIDDEN_DIRECTIONS], vec4 cost) {
+    float most_similar = 0.0;
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k)
-        if (min(ends[k].x, ends[k].y) > 0) most_alike = max(most_alike, likeness_of(cost[k]));
-    return 1.0 - smoothstep(0.0, ALIKE_TO, most_alike);
+        if (min(ends[k].x, ends[k].y) > 0) most_similar = max(most_similar, similarity_of(cost[k]));
+    return 1.0 - smoothstep(0.0, ALIKE_TO, most_similar);
 }
 
 // Makes the guess for a pixel: the weighted mean of the ends of all directions. If no end is within reach, nothing is
@@ -154,16 +158,17 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     bool is_in_reach = !is_beyond_reach(ends);
     vec4 cost = mean_cost(at >> 1, is_in_reach);
     Content sum = Content(vec4(0.0), 0.0);
-    // by_likeness: 1 if some direction has similar ends, 0 if none has, when likeness does not count.
-    float weights = 0.0, unlike = difference_of(ends, cost), by_likeness = 1.0 - unlike;
+    float weights = 0.0, smooth_share = smooth_share_of(ends, cost), structure_share = 1.0 - smooth_share;
     int k = 0;
     do {
         float ahead_px = float(ends[k].x), back_px = float(ends[k].y), step_px = STEP_LENGTH[k];
         bool has_both = min(ahead_px, back_px) > 0.0;
-        float likeness = has_both ? likeness_of(cost[k]) + LEAST_LIKENESS : ONE_END_WEIGHT;
+        float similarity = has_both ? similarity_of(cost[k]) + LEAST_SIMILARITY : ONE_END_WEIGHT;
         float length_px = (has_both ? 1.0 : 2.0) * (ahead_px + back_px) * step_px;
-        float weight = pow(likeness, by_likeness) / pow(length_px, DISTANCE_POWER);
-        float to_back = ahead_px / (ahead_px + back_px), smooth_px = has_both ? DULL_REACH * unlike * step_px : 0.0;
+        // Raised to the power 0 where the guess is smooth, similarity does not count.
+        float weight = pow(similarity, structure_share) / pow(length_px, DISTANCE_POWER);
+        float to_back = ahead_px / (ahead_px + back_px);
+        float smooth_px = has_both ? DULL_REACH * smooth_share * step_px : 0.0;
         Content end_ahead = end_at(at + ends[k].x * DIRECTION[k], DIRECTION[k], step_px, smooth_px * ahead_px, size);
         Content end_back = end_at(at - ends[k].y * DIRECTION[k], -DIRECTION[k], step_px, smooth_px * back_px, size);
         if (is_in_reach && ahead_px > 0.0) add(sum, weights, has_both ? weight * (1.0 - to_back) : weight, end_ahead);

@@ -20,7 +20,7 @@ uniform float disc_sums[SCATTER_DISC_SUMS];  // sum of the profile over pixels, 
 
 flat out vec2 center;   // of the disc, pixels
 flat out float radius;  // signed, pixels
-flat out Cover share;  // share of its light in a pixel wholly inside; negative: all light stays in its own pixel
+flat out Cover share;  // share of its light in a pixel wholly inside; -1: all light stays in its own pixel
 flat out vec4 color;  // rgba of the pixel
 
 #ifdef SHAPED

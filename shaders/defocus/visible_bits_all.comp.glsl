@@ -1,6 +1,10 @@
 // Marks every pixel in the active tiles of several layers as visible, in the masks of lib/hidden.lib.glsl; later,
 // hidden_blocks.comp.glsl clears the hidden ones. An invocation (x, y, z) writes word x of direction y of layer z.
 //
+// The masks have a bit for each pixel and direction k: 0 along rows, 1 along columns, 2 and 3 along the two diagonals.
+// A direction divides the layer into lines, and a line into words of 32 bits; the position in a line is x for rows, and
+// y for all others.
+//
 // Inputs
 //   tile_mask_buf   masks of the layers' active tiles (lib/tile_mask.lib.glsl), `tile_words` words each
 //   layer_sizes     of each layer, in its own pixels
@@ -25,7 +29,9 @@ int run_in_tile(ivec2 at, ivec2 direction) {
     return direction.x < 0 ? min(run, in_tile.x + 1) : run;
 }
 
-// The first position of a line of direction k inside the picture, and the one after its last.
+// The first position of a line of direction k inside the picture, and the one after its last. The position on a
+// diagonal is y. Line n of direction 2 has x = y + n - height, so that x is inside from y = height - n on; line n of
+// direction 3 has x = n - y, which is inside from y = n + 1 - width to y = n.
 ivec2 line_range(int k, int line, ivec2 size) {
     if (k < 2) return ivec2(0, k == 0 ? size.x : size.y);
     ivec2 ends = k == 2 ? ivec2(size.y - line, size.x + size.y - line) : ivec2(line + 1 - size.x, line + 1);

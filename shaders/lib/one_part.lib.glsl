@@ -1,6 +1,6 @@
-// Adapts a system of one pole to a strategy that solves in parts (shaders/README.md, "The contract of a SYSTEM"). The
-// system has a single part, so that `part` is always 0 and is dropped. The input of a pixel is the same for every pole,
-// and is its whole Link.
+// Adapts a system that is not divided into parts to a strategy that solves in parts (shaders/README.md, "The contract
+// of a SYSTEM"). The system has a single part with all its poles: `part` is always 0 and is dropped, and `pole` is
+// passed on where the result depends on it. The input of a pixel is the same for every pole, and is its whole Link.
 
 #define Link Input
 
