@@ -114,7 +114,7 @@ def _plate_values(plate: Plate) -> Arrays:
     yield from (plate.color, depth[~np.isinf(depth)])
     if (lists := plate.fragments) is not None:
         yield from (lists.color, lists.coverage, lists.dioptres)
-        assert lists.starts[-1] >> 1 == lists.count
+        assert lists.begins[-1] == lists.count
 
 
 def _meshes(scene: Scene) -> Arrays:

@@ -84,7 +84,7 @@ def test_read_plate_places_smaller_data_window_behind(tmp_path, plate):
     wide = {"dataWindow": window(1, 2, 4, 4), "displayWindow": window(0, 0, 8, 6)}
     behind = write_file(tmp_path / "small.exr", small, **wide)
     plate_with_lists = read_plate(plate, PlateOptions(behind=(str(behind),)))
-    counts = np.diff(plate_with_lists.fragments.starts >> 1).reshape(SIZE)
+    counts = np.diff(plate_with_lists.fragments.begins).reshape(SIZE)
     assert counts.sum() == 6 and counts[2:4, 1:4].all()
 
 

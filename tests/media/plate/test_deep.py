@@ -37,10 +37,10 @@ def composite_over(samples: list[Sample]) -> tuple[float, float]:
 def list_of_pixel(plate, pixel: int) -> tuple[bool, np.ndarray, np.ndarray]:
     """Return whether the list begins with the visible surface, and its distances and coverages."""
     lists = plate.fragments
-    first, end = int(lists.starts[pixel]) >> 1, int(lists.starts[pixel + 1]) >> 1
+    first, end = lists.begins[pixel : pixel + 2]
     with np.errstate(divide="ignore"):
         distances = 1 / lists.dioptres[first:end]
-    return bool(lists.starts[pixel] & 1), distances, lists.coverage[first:end]
+    return bool(lists.has_front[pixel]), distances, lists.coverage[first:end]
 
 
 def test_deep_plate_of_one_opaque_sample_equals_flat_plate(tmp_path):
@@ -271,7 +271,7 @@ def test_deep_behind_file_is_placed_by_its_data_window(tmp_path):
     )
     front = write_flat_wall(tmp_path / "front.exr", 1.0, 0.5)
     plate = read_plate(front, PlateOptions(behind=(str(small),)))
-    assert np.diff(plate.fragments.starts >> 1).tolist() == [0, 0, 0, 2]
+    assert np.diff(plate.fragments.begins).tolist() == [0, 0, 0, 2]
     np.testing.assert_allclose(list_of_pixel(plate, 3)[1], [4.0, 8.0], rtol=1e-6)
 
 

@@ -26,10 +26,10 @@ def first_surface_behind(plate) -> tuple[np.ndarray, np.ndarray]:
     shape = plate.depth_m.shape
     depth, color = np.full(plate.depth_m.size, np.nan), np.full((plate.depth_m.size, 3), np.nan)
     if plate.fragments is not None:
-        starts = (plate.fragments.starts >> 1).astype(int)
-        has_list = np.diff(starts) > 0
-        depth[has_list] = 1 / plate.fragments.dioptres[starts[:-1][has_list]]
-        color[has_list] = plate.fragments.color[starts[:-1][has_list]]
+        begins = plate.fragments.begins
+        has_list = np.diff(begins) > 0
+        depth[has_list] = 1 / plate.fragments.dioptres[begins[:-1][has_list]]
+        color[has_list] = plate.fragments.color[begins[:-1][has_list]]
     return depth.reshape(shape), color.reshape(*shape, 3)
 
 

@@ -47,11 +47,11 @@ def fragments_of(surfaces: list[Surface], pixel: int) -> list[Fragment]:
 def list_of(lists: FragmentLists | None, pixel: int) -> tuple[bool, list[Fragment]]:
     if lists is None:
         return False, []
-    first, end = int(lists.starts[pixel]) >> 1, int(lists.starts[pixel + 1]) >> 1
+    first, end = lists.begins[pixel : pixel + 2]
     with np.errstate(divide="ignore"):
         depth = 1 / lists.dioptres[first:end]
     rows = zip(depth, lists.coverage[first:end], lists.color[first:end, 0], strict=True)
-    return bool(lists.starts[pixel] & 1), [tuple(map(float, row)) for row in rows]
+    return bool(lists.has_front[pixel]), [tuple(map(float, row)) for row in rows]
 
 
 @given(stacks())
@@ -101,7 +101,7 @@ def test_farthest_m_is_last_of_list_or_visible_depth(surfaces):
     depths = farthest_m(Surface(stack.color, stack.depth_m, stack.lists)).ravel()
     expected = stack.depth_m.copy().ravel()
     for pixel in range(6 if stack.lists is not None else 0):
-        begin, end = (int(it) >> 1 for it in stack.lists.starts[pixel : pixel + 2])
+        begin, end = stack.lists.begins[pixel : pixel + 2]
         if begin < end:
             last = stack.lists.dioptres[end - 1]
             expected[pixel] = np.float32(1.0) / last if last > 0 else np.inf

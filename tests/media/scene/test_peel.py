@@ -57,7 +57,7 @@ def peel_scene(renderer: FrameRenderer, scene: Scene) -> tuple[Peeled, int]:
 
 def list_at(lists: FragmentLists, pixel: int) -> list[tuple[tuple[float, ...], float, float]]:
     """Return colour, coverage and metres of each fragment."""
-    first, end = lists.starts[pixel] >> 1, lists.starts[pixel + 1] >> 1
+    first, end = lists.begins[pixel : pixel + 2]
     with np.errstate(divide="ignore"):
         depth_m = 1 / lists.dioptres[first:end]
     rows = zip(lists.color[first:end], lists.coverage[first:end], depth_m, strict=True)
@@ -77,7 +77,7 @@ def test_peeled_list_has_wall_behind_card_and_then_sky(renderer):
     assert len(behind) == 2  # two behind what is seen
     check_surface(behind[0], GREEN, 4.0)
     check_surface(behind[1], BLUE, 5.0)
-    assert not peeled_lists.read().starts[middle] & 1  # what is seen is in the picture
+    assert not peeled_lists.read().has_front[middle]  # what is seen is in the picture
     list_beside = list_at(peeled_lists.read(), middle - peeled_lists.fragments.size[0] // 4)
     check_surface(list_beside[0], BLUE, 5.0)
     assert list_beside[1] == ((0.0, 0.0, 0.0), 1.0, np.inf)
@@ -108,7 +108,7 @@ def test_peeled_lists_with_front_flatten_to_image(renderer):
     lists, overscan = peeled_lists.read(), renderer.loaded.overscan
     assert overscan is not None
     color, depth_m = download(overscan.color), download(peeled_lists.depth)
-    edges = np.flatnonzero(lists.starts[:-1] & 1)
+    edges = np.flatnonzero(lists.has_front)
     assert len(edges) > 20
     for pixel in edges:
         shown, left = np.zeros(3), 1.0
@@ -153,8 +153,8 @@ def test_peeled_lists_beyond_limit_are_left_out_with_a_note(renderer, monkeypatc
         f"{peeled_lists.count - 2000} of {peeled_lists.count} were left out"
         in renderer.loaded.plate.notes[0]
     )
-    assert (lists.starts >> 1).max() == peeled_lists.capacity
-    assert (np.diff((lists.starts >> 1).astype(int)) >= 0).all()
+    assert lists.begins.max() == peeled_lists.capacity
+    assert (np.diff(lists.begins) >= 0).all()
     assert np.isfinite(renderer.pixels(SHOT)).all()
 
 

@@ -105,7 +105,7 @@ def test_the_bins_are_those_of_every_surface_less_the_focus_offset(ctx):
     )
     y, x = np.mgrid[:32, :48] + 0.5
     nearer = focus_offset.dioptres_at(x, y)
-    counts = np.diff(lists.starts >> 1)
+    counts = np.diff(lists.begins)
     all_ = np.concatenate(
         [(1 / plate.depth_m - nearer).ravel(), lists.dioptres - np.repeat(nearer, counts)]
     )

@@ -76,9 +76,9 @@ def flatten_lists(color: Image, lists: FragmentLists) -> Image:
     """Return premultiplied RGBA (P, 4): composited lists, or `color` where a pixel has no list."""
     out = color.reshape(-1, 4).copy()
     cover, light = lists.coverage.astype(np.float32), lists.color.astype(np.float32)
-    for pixel in np.flatnonzero(lists.starts[:-1] & 1):
+    for pixel in np.flatnonzero(lists.has_front):
         composite, transmittance = np.zeros(4), 1.0
-        for i in range(lists.starts[pixel] >> 1, lists.starts[pixel + 1] >> 1):
+        for i in range(*lists.begins[pixel : pixel + 2]):
             composite += transmittance * cover[i] * np.append(light[i], 1.0)
             transmittance *= 1 - cover[i]
         out[pixel] = composite
@@ -98,9 +98,8 @@ def test_proxy_lists_composite_to_mean_color(ctx, passes, rng, proxy):
     plate = plate_with(many_surfaces(rng), has_alpha=True)
     color, _, lists = reduce_plate(ctx, passes, plate, proxy)
     np.testing.assert_allclose(flatten_lists(color, lists), color.reshape(-1, 4), atol=3e-3)
-    assert (lists.starts[:-1] & 1).mean() > 0.9
-    counts = np.diff(lists.starts >> 1)
-    assert counts.max() <= 8
+    assert lists.has_front.mean() > 0.9
+    assert np.diff(lists.begins).max() <= 8  # GROUPS_MOST of proxy_lists.comp.glsl
 
 
 def test_proxy_lists_average_coverage_over_footprint(ctx, passes):
@@ -109,7 +108,7 @@ def test_proxy_lists_average_coverage_over_footprint(ctx, passes):
     card[:, 1::2] = 1.0
     plate = plate_with([(0.8, card, NEAR_M), (0.2, everywhere(1.0), FAR_M)], has_alpha=False)
     _, depth, lists = reduce_plate(ctx, passes, plate, 0.5)
-    assert (np.diff(lists.starts >> 1) == 2).all() and (lists.starts[:-1] & 1).all()
+    assert (np.diff(lists.begins) == 2).all() and lists.has_front.all()
     np.testing.assert_allclose(
         lists.coverage.reshape(-1, 2), [[0.5, 1.0]] * (len(lists.starts) - 1)
     )
@@ -124,7 +123,7 @@ def test_proxy_lists_without_coverage_keep_hidden_wall(ctx, passes):
     layers = [near, twin, (0.3, everywhere(1.0), FAR_M)]
     plate = plate_with(layers, has_alpha=False, is_measured=False)
     _, depth, lists = reduce_plate(ctx, passes, plate, 0.5)
-    assert not (lists.starts & 1).any() and (np.diff(lists.starts >> 1) == 1).all()
+    assert not (lists.starts & 1).any() and (np.diff(lists.begins) == 1).all()
     np.testing.assert_allclose(lists.coverage, 1.0)
     np.testing.assert_allclose(lists.dioptres, 1 / FAR_M, rtol=1e-6)
     assert (depth == np.float32(NEAR_M)).all()
@@ -138,7 +137,7 @@ def test_proxy_lists_put_wall_behind_wire_not_room(ctx, passes):
     plate = plate_with(layers, has_alpha=False, is_measured=False)
     _, depth, lists = reduce_plate(ctx, passes, plate, 0.5)
     assert (depth == np.float32(NEAR_M)).all()
-    first = lists.starts[:-1] >> 1
+    first = lists.begins[:-1]
     np.testing.assert_allclose(lists.dioptres[first], 1 / 3.0, rtol=1e-6)
     np.testing.assert_allclose(lists.coverage[first], 1.0)
 

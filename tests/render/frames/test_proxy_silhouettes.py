@@ -57,8 +57,8 @@ def test_silhouette_lists_composite_to_mean_color(ctx, passes, rng, has_alpha):
     alpha = rng.random(shape, np.float32) if has_alpha else np.ones(shape, np.float32)
     color, depth_m = two_surfaces(rng, alpha)
     mean, near_m, lists = reduce_and_list(ctx, passes, color, depth_m)
-    first = lists.starts[:-1] >> 1
-    is_listed = np.diff(lists.starts >> 1) == 2
+    first = lists.begins[:-1]
+    is_listed = np.diff(lists.begins) == 2
     assert 0.1 < is_listed.mean() < 0.9
     first, cover = first[is_listed], lists.coverage.astype(np.float32)
     light = np.concatenate([lists.color, np.ones((len(lists.color), 1))], axis=1)

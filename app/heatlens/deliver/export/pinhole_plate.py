@@ -9,7 +9,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.deep.deep_write import check_deep_fits
-from heatlens.media.plate.fragments import FragmentLists
+from heatlens.media.plate.fragments import FragmentLists, pack_starts
 from heatlens.media.plate.plate import Plate, ReadPixels
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
@@ -89,13 +89,11 @@ def with_overscan(pinhole: Pinhole, margin_px: int, peeled: Peeled | None = None
 
 def _crop_lists(lists: FragmentLists, region: Box, stride: int) -> FragmentLists:
     """Return the deep-sample lists of a region of the picture, whose rows have `stride` pixels."""
-    first_samples = (lists.starts >> 1).astype(np.int64)
+    first_samples = lists.begins
     pixels = np.arange(region.y0, region.y1)[:, None] * stride + np.arange(region.x0, region.x1)
     region_pixels = pixels.ravel()
     counts = first_samples[region_pixels + 1] - first_samples[region_pixels]
-    starts = np.zeros(len(region_pixels) + 1, np.uint32)
-    starts[1:] = 2 * np.cumsum(counts)
-    starts[:-1] += lists.starts[region_pixels] & 1
+    starts = pack_starts(counts, lists.has_front[region_pixels])
     new_first_samples = np.cumsum(counts) - counts
     sample_indices = np.repeat(
         first_samples[region_pixels] - new_first_samples, counts

@@ -34,6 +34,16 @@ class FragmentLists:
         return len(self.words)
 
     @property
+    def begins(self) -> NDArray[np.int64]:
+        """The index (H * W + 1,) of the first fragment of each pixel, and `count` at the end."""
+        return unpack_starts(self.starts)[0]
+
+    @property
+    def has_front(self) -> NDArray[np.bool_]:
+        """Whether the list (H * W,) of each pixel begins with the visible surface."""
+        return unpack_starts(self.starts)[1]
+
+    @property
     def nbytes(self) -> int:
         """The memory of the lists in bytes."""
         return self.starts.nbytes + self.words.nbytes
@@ -76,6 +86,11 @@ def pack_starts(counts: NDArray[np.int64], has_front: NDArray[np.bool_]) -> NDAr
     starts[1:] = 2 * np.cumsum(counts)
     starts[:-1] += has_front
     return starts
+
+
+def unpack_starts(starts: NDArray[np.uint32]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Return `begins` (n + 1,) and `has_front` (n,) from the packed starts of n pixels in a row."""
+    return (starts >> 1).astype(np.int64), (starts[:-1] & 1).astype(bool)
 
 
 def pack_words(rgba: NDArray[np.float32], depth_m: NDArray[np.float32]) -> NDArray[np.uint32]:

@@ -120,7 +120,7 @@ def _depth_report(channels: DeepChannels, stack: Stacked) -> DepthReport:
 def _report_hidden(stack: Stacked) -> BehindReport:
     """Report the share of the pixels that have samples behind the nearest surface."""
     assert stack.lists is not None
-    counts = np.diff(stack.lists.starts >> 1)
+    counts = np.diff(stack.lists.begins)
     return BehindReport("What the deep samples hold", float((counts > 0).mean()), 0.0)
 
 

@@ -65,8 +65,7 @@ def deep_samples(plate: Plate) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     lists = plate.fragments or FragmentLists(
         np.zeros(pixels + 1, np.uint32), np.zeros((0, 3), np.uint32)
     )
-    begins = (lists.starts >> 1).astype(np.int64)
-    listed_counts, needs_front = np.diff(begins), (lists.starts[:-1] & 1) == 0
+    listed_counts, needs_front = np.diff(lists.begins), ~lists.has_front
     counts = listed_counts + needs_front
     first_sample = np.cumsum(counts) - counts
     samples = np.empty((int(counts.sum()), 5), np.float32)
@@ -78,7 +77,7 @@ def deep_samples(plate: Plate) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
         first_sample[listed_pixel]
         + needs_front[listed_pixel]
         + np.arange(lists.count)[: len(listed_pixel)]
-        - begins[listed_pixel]
+        - lists.begins[listed_pixel]
     )
     cover = lists.coverage[: len(listed_pixel), None].astype(np.float32)
     samples[listed_samples, :3] = lists.color[: len(listed_pixel)] * cover

@@ -26,6 +26,7 @@ from heatlens.media.plate.fragments import (
     FragmentLists,
     pack_starts,
     pack_words,
+    unpack_starts,
 )
 from heatlens.media.plate.plate import Plate, ReadPixels
 from heatlens.media.plate.windows import move_to_window
@@ -187,8 +188,7 @@ def fragments_of(surface: Surface, first: int, last: int) -> Fragments:
     if surface.lists is None:
         return _visible_fragments(rgba, depth, is_there)
     starts = surface.lists.starts[first * width : last * width + 1]
-    begins_with_front = (starts[:-1] & 1).astype(bool)
-    numbers = (starts >> 1).astype(np.int64)
+    numbers, begins_with_front = unpack_starts(starts)
     list_range = slice(int(numbers[0]), int(numbers[-1]))
     cover = surface.lists.coverage[list_range].astype(np.float32)
     with np.errstate(divide="ignore"):
@@ -221,9 +221,9 @@ def move_lists(lists: FragmentLists, window: Box, target: Box) -> FragmentLists:
     columns = np.arange(target.x0, target.x1)[None, :] - window.x0
     is_inside = (0 <= rows) & (rows < window.height) & (0 <= columns) & (columns < window.width)
     pixels = np.where(is_inside, rows * window.width + columns, 0).ravel()
-    first = lists.starts[pixels] >> 1
-    counts = ((lists.starts[pixels + 1] >> 1) - first).astype(np.int64) * is_inside.ravel()
-    has_front = (lists.starts[pixels] & 1).astype(bool) & is_inside.ravel()
+    first = lists.begins[pixels]
+    counts = (lists.begins[pixels + 1] - first) * is_inside.ravel()
+    has_front = lists.has_front[pixels] & is_inside.ravel()
     begins = np.cumsum(counts) - counts
     numbers = np.arange(counts.sum()) + np.repeat(first - begins, counts)
     return FragmentLists(pack_starts(counts, has_front), lists.words[numbers], lists.is_measured)
@@ -233,7 +233,7 @@ def farthest_m(surface: Surface) -> FloatImage:
     """Return the depth (H, W) in meters of the farthest known fragment of each pixel."""
     if surface.lists is None:
         return surface.depth_m
-    numbers = (surface.lists.starts >> 1).astype(np.int64)
+    numbers = surface.lists.begins
     has_list = np.diff(numbers) > 0
     with np.errstate(divide="ignore"):
         last_m = np.float32(1.0) / surface.lists.dioptres[numbers[1:][has_list] - 1]

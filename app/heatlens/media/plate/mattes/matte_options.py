@@ -76,7 +76,7 @@ def with_cutout(plate: Plate, options: PlateOptions) -> Plate:
     share = _sharp_share(plate, options)
     if not share.any():
         return plate
-    if plate.fragments is not None and (plate.fragments.starts[:-1] & 1).any():
+    if plate.fragments is not None and plate.fragments.has_front.any():
         raise InputError(
             f"{plate.path} is deep: nothing in it can be kept from the blur by a matte."
         )
