@@ -6,13 +6,22 @@ lasts; a GPU does it in less than a millisecond.
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from heatlens.render.gpu.device import Device, Texture
 
-ScreenLook = tuple[object, ...]  # all that decides how light looks on the screen
 Draw = Callable[[Texture], None]  # draws the display values of a frame into a texture
 
 MOST_BYTES = 512 << 20  # memory of all kept frames
+
+
+class ScreenLook(NamedTuple):
+    """All that decides how scene-linear light looks on the screen."""
+
+    exposure_stops: float
+    gamma: float
+    transform_version: int  # of the view transform
+    has_mipmaps: bool  # smaller levels, for a picture that is drawn much smaller
 
 
 @dataclass(eq=False)
@@ -20,7 +29,7 @@ class _Frame:
     """The display values of a frame, and the look with which they were drawn."""
 
     texture: Texture
-    look: ScreenLook
+    look: ScreenLook | None  # None until it is drawn
 
 
 # The view transform of 1920x1080 takes llvmpipe 94 to 257 ms, more than a frame lasts. The caller
@@ -71,7 +80,7 @@ class ScreenFrames:
             if not self.can_fit(key, size, planned):
                 return None
             self._free_memory(size, planned)
-            self._frames[key] = _Frame(self._new_texture(size), ())
+            self._frames[key] = _Frame(self._new_texture(size), None)
             self.bytes_in_use += _bytes(size)
         frame = self._frames[key]
         if frame.look != look:

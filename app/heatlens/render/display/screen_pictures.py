@@ -13,6 +13,7 @@ from heatlens.render.defocus.quality import layers_for
 from heatlens.render.display.display_pass import DisplayPass
 from heatlens.render.display.overlay_pass import OverlayPass
 from heatlens.render.display.picture_pass import Detail, EnlargePass, FocusMeanPass
+from heatlens.render.display.screen_frames import ScreenLook
 from heatlens.render.gpu.device import Device, Texture
 from heatlens.render.gpu.textures import TexturePool
 from heatlens.render.preview.shown import Shown
@@ -21,7 +22,6 @@ from heatlens.render.source.pinhole import Pinhole, optics_of, pinhole_optics
 MIPMAPS_UNDER = 0.6  # screen pixels per texel below which a picture without mipmaps would alias
 
 Key = tuple[object, ...]
-ScreenLook = tuple[float, float, int, bool]  # exposure, gamma, version of the transform, mipmaps
 
 
 class _Target:
@@ -61,7 +61,7 @@ class ScreenPictures:
         self._proxy, self._focus_mean = ProxyPass(ctx), FocusMeanPass(ctx)
         # The plate and size of which the texture "coarse plate" holds the mean.
         self._coarse_plate_key: tuple[Pinhole, tuple[int, int]] | None = None
-        self._enlarge = EnlargePass(ctx)
+        self._sharpen_for_enlarging = EnlargePass(ctx)
         self._pool = TexturePool(ctx)
         self._previous_plate: Pinhole | None = None  # the plate of the previous preview
         self._a = _Target(ctx, "A on the screen")
@@ -90,7 +90,9 @@ class ScreenPictures:
             out = self._a.texture
             assert out is not None
             if is_difference:
-                self.display.run_difference(source, b, out, *look[:2], view.difference_gain)
+                self.display.run_difference(
+                    source, b, out, look.exposure_stops, look.gamma, view.difference_gain
+                )
             else:
                 is_enlarged = view.depth_of_field and _is_reduced_preview(shown)
                 self._display(source, out, look, is_enlarged)
@@ -110,7 +112,7 @@ class ScreenPictures:
         look = self._screen_look(view)
         if target.needs_update(source.size, (plate if is_pinhole else (source, version), look)):
             assert target.texture is not None
-            self.display.run(source, target.texture, *look[:2])
+            self.display.run(source, target.texture, look.exposure_stops, look.gamma)
             self._update_mipmaps(target.texture)
         assert target.texture is not None
         return target.texture
@@ -121,7 +123,7 @@ class ScreenPictures:
         look = self._screen_look(view)
         if target.needs_update(shown.texture.size, (shown, look)):
             assert target.texture is not None
-            self.display.run(shown.texture, target.texture, *look[:2])
+            self.display.run(shown.texture, target.texture, look.exposure_stops, look.gamma)
             self._update_mipmaps(target.texture)
         assert target.texture is not None
         return target.texture
@@ -164,7 +166,10 @@ class ScreenPictures:
         if target.needs_update(size, (plate, look)):
             assert target.texture is not None
             self.display.run(
-                self._reduce_plate("fine plate", plate, size), target.texture, *look[:2]
+                self._reduce_plate("fine plate", plate, size),
+                target.texture,
+                look.exposure_stops,
+                look.gamma,
             )
             self._update_mipmaps(target.texture)
         assert target.texture is not None
@@ -198,17 +203,22 @@ class ScreenPictures:
         return color
 
     def _display(self, source: Texture, out: Texture, look: ScreenLook, is_enlarged: bool) -> None:
-        """Write display values, sharpened in advance if the picture will be enlarged."""
+        """Write display values to `out`, sharpened if the screen will enlarge them.
+
+        The screen enlarges a small preview bilinearly, which softens it.
+        """
         if not is_enlarged:
-            self.display.run(source, out, *look[:2])
+            self.display.run(source, out, look.exposure_stops, look.gamma)
             return
         small = self._pool.texture("shown small", source.size, 4, "f2")
-        self.display.run(source, small, *look[:2])
-        self._enlarge.run(small, out)
+        self.display.run(source, small, look.exposure_stops, look.gamma)
+        self._sharpen_for_enlarging.run(small, out)
 
     def _screen_look(self, view: ViewState) -> ScreenLook:
         """Return everything besides the light that decides how a picture looks on the screen."""
-        return view.exposure_stops, view.gamma, self.transform_version, self.with_mipmaps
+        return ScreenLook(
+            view.exposure_stops, view.gamma, self.transform_version, self.with_mipmaps
+        )
 
     def _update_mipmaps(self, texture: Texture) -> None:
         """Build the smaller levels of a texture that may be drawn much smaller."""

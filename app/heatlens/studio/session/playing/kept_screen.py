@@ -6,7 +6,7 @@ from dataclasses import replace
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import ViewState
-from heatlens.render.display.screen_frames import MOST_BYTES, ScreenFrames
+from heatlens.render.display.screen_frames import MOST_BYTES, ScreenFrames, ScreenLook
 from heatlens.render.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Texture
@@ -20,8 +20,6 @@ from heatlens.studio.session.playing.ahead_jobs import FramesRequest
 from heatlens.studio.session.playing.frames_ahead import FramesAhead
 from heatlens.studio.session.shot.editing import Editing
 
-# Exposure in stops, gamma, version of the view transform, with mipmaps.
-ScreenLook = tuple[float, float, int, bool]
 # The requested frames, and how they are shown: the view, version of the view transform, zoom.
 ScreenRequest = tuple[FramesRequest | None, ViewState, int, float]
 
@@ -118,7 +116,7 @@ class KeptScreen(ScreenWork):
             if prepared_texture is not None:
                 return prepared_texture
         screen = self._screen
-        screen.with_mipmaps = look[-1]
+        screen.with_mipmaps = look.has_mipmaps
         self.upload(kept_frame)
         plate = self._source.picture.renderer.loaded
         return screen.a(kept_frame, kept_frame.key, plate, view, kept_frame.texture)
@@ -127,13 +125,13 @@ class KeptScreen(ScreenWork):
         """Return what decides the colors of a frame of this size on the screen."""
         zoom = self._view.zoom * self._source.picture_shape(self._editing.shot).height_px / size[1]
         version = self._screen.transform_version
-        return view.exposure_stops, view.gamma, version, zoom < MIPMAPS_UNDER
+        return ScreenLook(view.exposure_stops, view.gamma, version, zoom < MIPMAPS_UNDER)
 
     def _draw_colors(self, kept_frame: KeptFrame, look: ScreenLook, target: Texture) -> None:
         """Draw a frame in the colors of the screen into `target`."""
         self.upload(kept_frame)
-        self._screen.display.run(kept_frame.texture, target, *look[:2])
-        if look[-1]:
+        self._screen.display.run(kept_frame.texture, target, look.exposure_stops, look.gamma)
+        if look.has_mipmaps:
             target.build_mipmaps()
 
     # A kept frame holds scene-linear light, and needs the view transform before it is shown. A
