@@ -43,7 +43,7 @@ def test_pace_estimate_converges_to_speed_of_machine(seconds, slower):
     assert pace.left_s == pytest.approx(sum(seconds)) and pace.number == 0
     errors = []
     for number, step_seconds in enumerate(seconds):
-        assert pace.begin(f"part {number}") and pace.number == number + 1
+        assert pace.begin_if_step(f"part {number}") and pace.number == number + 1
         true_s = slower * sum(seconds[number:])
         errors.append(abs(pace.left_s - true_s) / true_s)
         clock.now_s += slower * step_seconds
@@ -60,9 +60,9 @@ def test_pace_estimates_kinds_of_steps_separately(slower, other_s):
     shader_steps = [Step(f"part {number}", 1.0, "shaders") for number in range(40)]
     pace = Pace([*shader_steps, Step("other", other_s, "pictures")], clock)
     for step in shader_steps:
-        pace.begin(step.sentence)
+        pace.begin_if_step(step.sentence)
         clock.now_s += slower
-    pace.begin("other")
+    pace.begin_if_step("other")
     assert pace.left_s == pytest.approx(other_s)
     assert pace.whole_s == pytest.approx(40 * slower + other_s)
 
@@ -70,12 +70,12 @@ def test_pace_estimates_kinds_of_steps_separately(slower, other_s):
 def test_pace_skips_omitted_parts_and_ignores_other_messages():
     clock = Clock()
     pace = Pace(steps_of([10.0, 10.0, 10.0]), clock)
-    pace.begin("part 0")
+    pace.begin_if_step("part 0")
     clock.now_s += 10.0
-    assert not pace.begin("left out: too large") and pace.number == 1
-    assert pace.begin("part 2") and pace.number == 3
+    assert not pace.begin_if_step("left out: too large") and pace.number == 1
+    assert pace.begin_if_step("part 2") and pace.number == 3
     assert pace.left_s == pytest.approx(10.0)
-    assert not pace.begin("part 1")  # it has gone by
+    assert not pace.begin_if_step("part 1")  # it has gone by
 
 
 @pytest.mark.parametrize("part", ["frame", "bare", "sweeps", "methods", "levels"])

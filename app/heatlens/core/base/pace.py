@@ -41,8 +41,8 @@ class Pace:
         """The number of the running step, counted from 1; 0 before the first."""
         return self._step_index + 1
 
-    def begin(self, sentence: str) -> bool:
-        """Begin the step with this message; return False if the message belongs to no step.
+    def begin_if_step(self, sentence: str) -> bool:
+        """Begin the step that has this sentence, and return True; return False if no step has it.
 
         Steps in between count as skipped.
         """

@@ -75,7 +75,7 @@ def paced_progress(
     print_messages(f"this takes about {time_text(printed_s)}; Ctrl-C ends it")
     with progress_line() as show:
 
-        def print_longer_time() -> None:
+        def print_time_if_much_longer() -> None:
             nonlocal printed_s
             if pace.whole_s > _MUCH_LONGER_FACTOR * printed_s + _MUCH_LONGER_S:
                 printed_s = pace.whole_s
@@ -83,9 +83,9 @@ def paced_progress(
                 print_messages(f"this takes longer here, about {time_text(printed_s)} in all")
 
         def report_step(sentence: str) -> None:
-            # A step of the plan is shown with the time left; other sentences are messages.
-            if pace.begin(sentence):
-                print_longer_time()
+            """Show a step of the plan with the time left; print any other sentence as a message."""
+            if pace.begin_if_step(sentence):
+                print_time_if_much_longer()
                 position = (
                     f"{pace.number} of {len(pace.steps)}, about {time_text(pace.left_s)} left"
                 )

@@ -5,6 +5,7 @@ Two bare Thomas sweeps over a picture are the reference for a frame with one lay
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -132,31 +133,48 @@ def measure_coc_sweep(
     measured = []
     for coc in SWEEP_COC_PX:
         report_progress(coc_message(coc))
-        one_layer, _ = _uniform_ms(frames, size, coc, replace(settings, layers=1), runs)
-        layered = _uniform_ms(frames, size, coc, settings, runs)
-        scene = _scene_ms(frames, size, coc, settings, runs)
+        one_layer = _time_uniform_coc(frames, size, coc, replace(settings, layers=1), runs)
+        layered = _time_uniform_coc(frames, size, coc, settings, runs)
+        scene = _time_scene(frames, size, coc, settings, runs)
         measured.append((coc, one_layer, layered, scene))
-    _, first_one, (first_layered, _), (first_scene, _) = measured[0]
+    _, first_one, first_layered, first_scene = measured[0]
     return tuple(
-        CocRow(c, one, one / first_one, lay, lay / first_layered, n, scene, scene / first_scene, m)
-        for c, one, (lay, n), (scene, m) in measured
+        CocRow(
+            coc_px=coc,
+            one_layer_ms=one_layer.ms,
+            one_layer_ratio=one_layer.ms / first_one.ms,
+            layered_ms=layered.ms,
+            layered_ratio=layered.ms / first_layered.ms,
+            layered_layer_count=layered.layer_count,
+            scene_ms=scene.ms,
+            scene_ratio=scene.ms / first_scene.ms,
+            scene_layer_count=scene.layer_count,
+        )
+        for coc, one_layer, layered, scene in measured
     )
 
 
-def _uniform_ms(
+class _FrameTime(NamedTuple):
+    """The milliseconds of a frame, and into how many layers it is divided."""
+
+    ms: float
+    layer_count: int
+
+
+def _time_uniform_coc(
     frames: BenchFrames, size: Size, coc: float, settings: DefocusSettings, runs: int
-) -> tuple[float, int]:
-    """Return the milliseconds and the layers of a frame that has the same coc everywhere."""
+) -> _FrameTime:
+    """Measure a frame that has the same coc everywhere."""
     frame = frames.frame(uniform_coc_plate(size, coc), LENS, settings)
-    return 1e3 * median_seconds(frames.ctx, runs, frame.render)[0], frame.layer_count
+    return _FrameTime(1e3 * median_seconds(frames.ctx, runs, frame.render)[0], frame.layer_count)
 
 
-def _scene_ms(
+def _time_scene(
     frames: BenchFrames, size: Size, coc: float, settings: DefocusSettings, runs: int
-) -> tuple[float, int]:
-    """Return the milliseconds and the layers of the scene with `coc` as its largest coc."""
+) -> _FrameTime:
+    """Measure a frame of the scene with `coc` as its largest coc."""
     frame = frames.frame(scene_plate(size), lens_with_largest_coc(coc, size), settings)
-    return 1e3 * median_seconds(frames.ctx, runs, frame.render)[0], frame.layer_count
+    return _FrameTime(1e3 * median_seconds(frames.ctx, runs, frame.render)[0], frame.layer_count)
 
 
 def measure_size_sweep(
