@@ -35,13 +35,16 @@ def require_openimageio() -> ModuleType:
 
 
 def dpx_bytes(values: Stored, marks: Mapping[str, str]) -> bytes:
-    """Encode whole numbers of 10 bits (H, W, 3); the project name in the header keeps `marks`."""
+    """Encode whole numbers of 10 bits (H, W, 3), with `marks` in the header.
+
+    The marks (see marks.py) stand in the name of the project, the only free text that DPX has.
+    """
     library = require_openimageio()
     height, width, channels = values.shape
     spec = library.ImageSpec(width, height, channels, library.UINT16)
     spec.attribute("oiio:BitsPerSample", 10)
     spec.attribute("dpx:Transfer", "ITU-R 709-4")
-    spec.attribute("DocumentName", marks_comment(marks))
+    spec.attribute("DocumentName", marks_comment(marks))  # OpenImageIO's name for the project
     scaled_values = np.round(values * (65535 / _WHITE)).astype(np.uint16)
     with tempfile.TemporaryDirectory() as folder, quiet_library():
         path = Path(folder) / "a.dpx"

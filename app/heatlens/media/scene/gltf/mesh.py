@@ -55,7 +55,10 @@ class ShapeChange:
     mesh: Record
 
     def deformed_mesh(self, vertices: Vertices, mesh: Mesh, is_thin: bool) -> DeformedMesh | None:
-        """Return the deformed mesh; None if neither bones nor morph targets change it."""
+        """Return the deformed mesh; None if neither bones nor morph targets change it.
+
+        `is_thin` is true for points and lines, whose meshes are thin solids.
+        """
         binding = None if self.bones is None else read_binding(vertices, mesh, self.bones)
         if self.bones is None and vertices.has("JOINTS_0"):
             self.gltf.note_loss(_BONELESS_NOTE, vertices.primitive)
@@ -63,7 +66,9 @@ class ShapeChange:
         targets = read_targets(vertices, mesh, self.weights, count) if count else None
         if binding is None and targets is None:
             return None
-        return DeformedMesh(mesh, targets, binding, is_thin or not vertices.has("NORMAL"))
+        # Thin solids have flat sides, and glTF shades a mesh without normals flat too.
+        is_faceted = is_thin or not vertices.has("NORMAL")
+        return DeformedMesh(mesh, targets, binding, is_faceted)
 
     @cached_property
     def bones(self) -> Skin | None:
