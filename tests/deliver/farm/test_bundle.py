@@ -48,7 +48,7 @@ def Camera "shot" {
     uniform token[] xformOpOrder = ["xformOp:translate"]
 }
 """
-QUICK = ("--chunk", "2", "--memory", "1")
+QUICK = ("--chunk", "3", "--memory", "1")  # two tasks of three frames
 
 
 def write_opening(path: Path, wide: int) -> Path:
