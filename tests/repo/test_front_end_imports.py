@@ -41,9 +41,17 @@ def homes(module: str, name: str) -> str:
 
 
 def session_names(source: str) -> set[tuple[str, str]]:
-    """Return module and name of all that a source imports from the session."""
-    homed = ((homes(module, name), name) for module, name in imports(source))
+    """Return module and name of all that a source imports from the session, or names in a text."""
+    homed = {(homes(module, name), name) for module, name in imports(source)}
+    homed |= {(text, "") for text in texts(source)}
     return {(home, name) for home, name in homed if f"{home}.".startswith(f"{SESSION}.")}
+
+
+def texts(source: str) -> Iterator[str]:
+    """Yield the texts in a source; a test may replace what a text names."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
 
 
 def test_front_ends_and_their_tests_import_nothing_from_the_session():
@@ -57,6 +65,7 @@ def test_a_name_that_the_board_hands_on_counts_as_an_import_of_its_home():
     home = f"{SESSION}.live.ring_hand"
     assert session_names(f"from {BOARD}.desks import RingHand") == {(home, "RingHand")}
     assert session_names(f"import {home}") == {(home, "")}
+    assert session_names(f"patch('{home}._STEP', 1)") == {(f"{home}._STEP", "")}
     assert (
         session_names(f"from {BOARD}.board import Board\nfrom heatlens.core.base import x") == set()
     )

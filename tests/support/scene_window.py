@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import pytest
+
 from heatlens.core.model.view.view import Compare
 from support.gui import Gui
 from support.session_files import QUICK
@@ -18,6 +20,13 @@ def reset_scene(gui: Gui) -> Gui:
     gui.io.add_mouse_pos_event(-1e4, -1e4)
     wait_for_whole_picture(gui)
     return gui
+
+
+def draw_small(gui: Gui, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave no time for drawing the open scene while it moves, and let it not come to rest."""
+    preview = gui.session.source.feed._preview
+    monkeypatch.setattr(preview, "budget_s", 0.0)
+    monkeypatch.setattr(preview, "rest_s", 60.0)
 
 
 def wait_for_whole_picture(gui: Gui) -> None:

@@ -20,7 +20,7 @@ from heatlens.render.gpu.textures import download
 from heatlens.studio.ui.status_bar import mouse_words
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
-from support.scene_window import picture_center, reset_scene, wait_for_whole_picture
+from support.scene_window import draw_small, picture_center, reset_scene, wait_for_whole_picture
 from support.session_files import QUICK, write_scene
 
 LEFT, RIGHT = 0, 1
@@ -87,8 +87,7 @@ def test_small_preview_of_a_moving_scene_keeps_its_size_on_screen(scene_gui, mon
     session.pictures.view.state = replace(session.facts.view, zoom=1.0)
     wait_for_whole_picture(scene_gui)
     shape, before = session.facts.shape, session.pictures.view.geometry
-    monkeypatch.setattr("heatlens.studio.session.opened.scene_preview._BUDGET_S", 0.0)
-    monkeypatch.setattr("heatlens.studio.session.opened.scene_preview._REST_S", 60.0)
+    draw_small(scene_gui, monkeypatch)
     scene_gui.press(picture_center(scene_gui), RIGHT)
     x, y = picture_center(scene_gui)
     scene_gui.move((x + 20.0, y))

@@ -10,7 +10,7 @@ from heatlens.core.model.marks.marks import PointMark
 from heatlens.render.gpu.device import Device
 from heatlens.render.scene_gpu import scene_plate
 from support.gui import Gui, gui_of
-from support.scene_window import picture_center, reset_scene, wait_for_whole_picture
+from support.scene_window import draw_small, picture_center, reset_scene, wait_for_whole_picture
 from support.session_files import QUICK, write_scene
 from support.watched_calls import watch_calls
 
@@ -43,8 +43,7 @@ def moving(gui: Gui, monkeypatch: pytest.MonkeyPatch) -> Iterator[Gui]:
         )
     )
     wait_for_whole_picture(gui)
-    monkeypatch.setattr("heatlens.studio.session.opened.scene_preview._BUDGET_S", 0.0)
-    monkeypatch.setattr("heatlens.studio.session.opened.scene_preview._REST_S", 60.0)
+    draw_small(gui, monkeypatch)
     gui.press(picture_center(gui), RIGHT)
     drag_right(gui, 4.0)
     assert session.source.plate.display_window.width < width

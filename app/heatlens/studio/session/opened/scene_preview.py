@@ -64,6 +64,7 @@ class ScenePreview:
         self._clock = clock
         self._drawn_view_key: object = None
         self._request: tuple[Shot, int] | None = None
+        self.budget_s, self.rest_s = _BUDGET_S, _REST_S
         self._moved_at = -_REST_S
         self._scale = 1.0
         self._seconds_per_px = 0.0  # drawing time of one view
@@ -136,7 +137,7 @@ class ScenePreview:
 
     def seconds_to_rest(self) -> float:
         """Return the seconds until the whole picture may be drawn; 0 if it may be now."""
-        return max(0.0, self._moved_at + _REST_S - self._clock())
+        return max(0.0, self._moved_at + self.rest_s - self._clock())
 
     def _draw_whole(self, shot: Shot, frame: int, scale: float, views: int) -> None:
         """Draw the picture at once at this scale, and measure the time of a pixel."""
@@ -154,7 +155,7 @@ class ScenePreview:
     def _fitting_scale(self, shot: Shot) -> float:
         """Return the largest scale that fits the time; a small one before the first timing."""
         view_s = self._full_size_view_s(shot)
-        fitting_scales = [scale for scale in _SCALES if 0 < view_s * scale * scale <= _BUDGET_S]
+        fitting_scales = [scale for scale in _SCALES if 0 < view_s * scale * scale <= self.budget_s]
         return fitting_scales[0] if fitting_scales else _SCALES[-1]
 
     def _fitting_views(self, shot: Shot) -> int:
