@@ -131,7 +131,9 @@ def test_pull_waiting_for_a_frame_of_a_closed_source_sets_no_key(wall, tmp_path,
     with hide_frames({FIRST + 18}):  # reading ahead must not answer the request first
         marks.pulls.make()
         assert marks.distances.has_request
-        wall.files.commands.open(write_wall(tmp_path / "other"))
+        other = write_wall(tmp_path / "other")
+        wall.files.commands.open(other)
+        run_until(wall, lambda: wall.source.opened.text == other, "the other wall")
         run_until_settled(wall)
     is_opened.set()
     wait_for_distance(wall)

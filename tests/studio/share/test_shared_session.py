@@ -171,6 +171,10 @@ def test_peer_keeps_a_look_with_its_still_and_sees_overlays(session, screen):
             name, *_, still = it.state["looks"][0]
             assert name == "A" and len(still) > 1000
             await it.send(do="Depth")
+            # Until then, the plain picture may come once more: its shot has another look.
+            await wait_for_condition(
+                lambda: it.state["view"]["overlay"] == "depth", "the overlay", loop.turn
+            )
             await wait_for_whole_picture(it, loop.turn)
             assert np.abs(it.pixels.astype(int) - plain).mean() > 10
             await it.send(do="Depth")
