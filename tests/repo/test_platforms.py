@@ -29,7 +29,8 @@ OF_SYSTEMS = {
     "fronts/api/engine.py",  # a fork
     "fronts/commands/doctor.py",  # the load
     "fronts/commands/worker_process.py",  # the second process
-    "media/files/atomic_file.py",  # locks, and the process that left a file
+    "media/files/atomic_file.py",  # the process that left a file
+    "media/files/file_lock.py",
     "media/files/limits.py",  # limits of a process
     "media/files/quiet.py",  # C's own buffer
     "studio/ui/devices.py",  # X11
@@ -67,6 +68,36 @@ def test_names_of_one_system_stand_in_few_files():
     users = {name: found for name, text in SOURCES.items() if (found := names_of_systems(text))}
     assert {name: found for name, found in users.items() if name not in OF_SYSTEMS} == {}
     assert OF_SYSTEMS - users.keys() == set()
+
+
+def opens_text_in_unknown_encoding(source: str) -> list[int]:
+    """Return the lines of `source` that read or write text in the encoding of the system."""
+    return [
+        node.lineno
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Call)
+        and _opens_text(node)
+        and not any(keyword.arg == "encoding" for keyword in node.keywords)
+    ]
+
+
+def _opens_text(call: ast.Call) -> bool:
+    if isinstance(call.func, ast.Name) and call.func.id == "open":
+        mode = [word.value for word in call.args[1:2] if isinstance(word, ast.Constant)]
+        return not (mode and "b" in str(mode[0])) and len(call.args) < 4
+    name = call.func.attr if isinstance(call.func, ast.Attribute) else ""
+    return (name == "read_text" and not call.args) or (name == "write_text" and len(call.args) == 1)
+
+
+def test_text_files_are_utf_8_on_every_system():
+    users = {
+        name: lines
+        for name, text in SOURCES.items()
+        if re.search(r"open\(|(read|write)_text\(", text)
+        and (lines := opens_text_in_unknown_encoding(text))
+    }
+    assert users == {}
+    assert opens_text_in_unknown_encoding("p.read_text()\nopen(p)\nopen(p, 'rb')") == [1, 2]
 
 
 def test_no_source_asks_for_os_name():

@@ -4,8 +4,11 @@ import ctypes
 import fcntl
 import os
 import resource
+import time
 import types
 from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 MEMORY_BYTES, FREE_BYTES = 64 << 30, 16 << 30
@@ -25,6 +28,32 @@ class Kernel:
         self.CloseHandle = Function(lambda _handle: 1)
         self.GlobalMemoryStatusEx = Function(_fill_memory_status)
         self.K32GetProcessMemoryInfo = Function(_fill_process_memory)
+        self.WaitForSingleObject = Function(_wait)
+        self.limits: list[tuple[int, int, int]] = []  # flags, ticks and bytes, as they were set
+        self.CreateJobObjectW = Function(lambda _security, _name: 7)
+        self.AssignProcessToJobObject = Function(
+            lambda job, process: int(job.value == 7 and process.value == os.getpid())
+        )
+        self.SetInformationJobObject = Function(self._set_limits)
+        self.is_console_new = True
+        self.GetConsoleMode = Function(lambda _handle, _mode: 1)
+        self.SetConsoleMode = Function(lambda _handle, mode: int(self.is_console_new and mode & 4))
+
+    def _set_limits(self, _job: object, kind: int, limits: Any, size: int) -> int:
+        assert kind == 9 and size == ctypes.sizeof(limits._obj) == 144
+        values = limits._obj
+        self.limits.append((values.flags, values.process_ticks, values.process_bytes))
+        return 1
+
+
+def _wait(process: Any, timeout_ms: Any) -> int:
+    """Wait for a process; return 0 for an ended one, and 258 after the time."""
+    with suppress(OSError, IndexError):
+        while Path(f"/proc/{process.value}/stat").read_text().rpartition(")")[2].split()[0] != "Z":
+            if timeout_ms.value == 0:
+                return 258
+            time.sleep(0.02)
+    return 0
 
 
 def _open_process(rights: int, is_inherited: bool, number: int) -> int | None:
@@ -64,6 +93,9 @@ class Locks(types.ModuleType):
 
     def __init__(self) -> None:
         super().__init__("msvcrt")
+
+    def get_osfhandle(self, descriptor: int) -> int:
+        return descriptor
 
     def locking(self, descriptor: int, mode: int, count: int) -> None:
         assert mode == self.LK_NBLCK and count == 1

@@ -10,6 +10,7 @@ import os
 import platform
 import signal
 import socket
+import subprocess
 import sys
 import types
 from collections.abc import Iterable, Mapping
@@ -43,6 +44,13 @@ class Partial(types.ModuleType):
         setattr(self.__dict__["_real"], name, value)
 
 
+class GroupPopen(subprocess.Popen):
+    """Starts a process whatever flags of Windows it is given."""
+
+    def __init__(self, *words: Any, creationflags: int = 0, **options: Any) -> None:
+        super().__init__(*words, **options)
+
+
 def modules_of_windows(version: str) -> dict[str, types.ModuleType]:
     """Return what the modules of Python's library are there, by name."""
     os_lacks = LACKING["os"] | (LACKING_BEFORE_3_12["os"] if version == "3.11" else frozenset())
@@ -53,6 +61,7 @@ def modules_of_windows(version: str) -> dict[str, types.ModuleType]:
         "sys": Partial(sys, platform="win32"),
         "signal": Partial(signal, LACKING["signal"], **signals),
         "socket": Partial(socket, LACKING["socket"]),
+        "subprocess": Partial(subprocess, CREATE_NEW_PROCESS_GROUP=0x200, Popen=GroupPopen),
         "platform": Partial(platform, system=lambda: "Windows"),
         "ctypes": Partial(ctypes, **libraries),
         "msvcrt": Locks(),

@@ -4,18 +4,20 @@ OpenGL, files and processes are those of Linux: see `support/windows_standin.py`
 """
 
 import json
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from support.command_line import ENVIRONMENT, picture
+from support.command_line import ENVIRONMENT, picture, start_heatlens
 from support.exports import write_plate, write_shot_file
 from support.windows_standin import VERSION_VARIABLE
-from support.x_server import Screen, Window
+from support.x_server import WAIT_S, Screen, Window
 
 TESTS = Path(__file__).parents[2]
 FOLDER = TESTS / "support" / "windows"
@@ -60,6 +62,40 @@ def environment_of(version: str) -> dict[str, str]:
     """Return the environment of a process that sees the names of this version of Python."""
     folders = (FOLDER, TESTS, ENVIRONMENT["PYTHONPATH"])
     return {"PYTHONPATH": ":".join(map(str, folders)), VERSION_VARIABLE: version}
+
+
+def test_ctrl_c_leaves_no_unfinished_file(screen, tmp_path):
+    """No parent process removes them there, as one does on Linux."""
+    out = tmp_path / "out"
+    environment = ENVIRONMENT | environment_of("3.11") | {"DISPLAY": screen.display}
+    words = ("export", "demo", "-o", out / "n.mp4", "--size", "320x180", "--frames", "1-48")
+    process = start_heatlens(*words, env=environment)
+    end = time.monotonic() + WAIT_S
+    while not list(out.glob(".heatlens-*")):
+        assert time.monotonic() < end and process.poll() is None, process.communicate()
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=WAIT_S)
+    assert (process.returncode, errors.splitlines()[-1]) == (130, "heatlens: stopped")
+    assert not out.exists()
+
+
+def test_end_removes_what_a_thread_has_not_finished(tmp_path):
+    code = (
+        "import sys, heatlens.fronts.commands.launch as launch\n"
+        "from heatlens.core.base import stopping\n"
+        "def work():\n"
+        "    block = stopping.mark_unfinished(sys.argv[1])\n"
+        "    block.__enter__()\n"
+        "    open(sys.argv[1], 'w').close()\n"
+        "    launch._end_now(130)\n"
+        "launch._run_command = work\n"
+        "launch.main()"
+    )
+    environment = ENVIRONMENT | environment_of("3.11")
+    command = [sys.executable, "-c", code, str(tmp_path / "half")]
+    assert subprocess.run(command, env=environment, check=False).returncode == 130
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("version", ["3.11", "3.12"])

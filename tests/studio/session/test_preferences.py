@@ -15,7 +15,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import Ending
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.view.guides import PEAKING_COLORS, Guides, Peaking, PeakingOn
-from heatlens.media.files import atomic_file
+from heatlens.media.files import file_lock
 from heatlens.media.live.ring.channel_map import ChannelMap, Ring
 from heatlens.studio.settings.preferences import (
     FILE_NAME,
@@ -227,8 +227,8 @@ def test_preferences_written_by_two_processes_lose_nothing(tmp_path):
 
 
 def test_held_lock_delays_saving_only_for_a_limited_time(tmp_path, monkeypatch):
-    monkeypatch.setattr(atomic_file, "_LOCK_WAIT_S", 0.1)
-    with atomic_file.lock_file(tmp_path / "preferences.lock"):
+    monkeypatch.setattr(file_lock, "_LOCK_WAIT_S", 0.1)
+    with file_lock.lock_file(tmp_path / "preferences.lock"):
         save_preferences(tmp_path, FULL)
     assert Preferences.load(tmp_path).values == FULL
 

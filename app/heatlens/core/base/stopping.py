@@ -55,7 +55,8 @@ def stop_signals() -> frozenset[signal.Signals]:
 
     `nohup` and shell scripts make programs ignore some signals, and worker processes inherit this.
     """
-    names = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
+    # A terminal that is closed sends SIGHUP, and on Windows SIGBREAK.
+    names = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
     available = {getattr(signal, name) for name in names if hasattr(signal, name)}
     return frozenset(stop for stop in available if signal.getsignal(stop) is not signal.SIG_IGN)
 
@@ -101,7 +102,16 @@ def temporary_folder() -> Iterator[Path]:
 
 
 def die_with_parent(parent: int) -> None:
-    """Let the system kill this process when its `parent` ends; this works only on Linux."""
+    """Let this process end when its `parent`, a process number, ends; macOS has no way."""
+    if sys.platform == "win32":
+        from heatlens.core.base.windows_calls import wait_for_process
+
+        def end_with_parent() -> None:
+            wait_for_process(parent)
+            os._exit(128 + signal.SIGTERM)
+
+        threading.Thread(target=end_with_parent, daemon=True).start()
+        return
     if sys.platform != "linux":
         return
     import ctypes

@@ -5,9 +5,10 @@ The structures and numbers are those of Windows' own headers, `winnt.h`, `psapi.
 """
 
 import ctypes
+import msvcrt
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import ClassVar, NamedTuple
 
 assert sys.platform == "win32"  # so that type checkers for other systems skip the rest
@@ -15,7 +16,15 @@ assert sys.platform == "win32"  # so that type checkers for other systems skip t
 _KERNEL = ctypes.WinDLL("kernel32", use_last_error=True)
 _KERNEL.GetCurrentProcess.restype = ctypes.c_void_p
 _KERNEL.OpenProcess.restype = ctypes.c_void_p
+_KERNEL.CreateJobObjectW.restype = ctypes.c_void_p
 _QUERY_LIMITED_INFORMATION = 0x1000  # PROCESS_QUERY_LIMITED_INFORMATION
+_SYNCHRONIZE = 0x0010_0000
+_FOREVER_MS, _TIMEOUT = 0xFFFF_FFFF, 258  # INFINITE, WAIT_TIMEOUT
+_EXTENDED_LIMITS = 9  # JobObjectExtendedLimitInformation
+_LIMITS_TIME, _LIMITS_MEMORY = 0x2, 0x100  # JOB_OBJECT_LIMIT_PROCESS_TIME, ..._MEMORY
+_TICKS_A_SECOND = 10_000_000
+_SEQUENCES = 0x4  # ENABLE_VIRTUAL_TERMINAL_PROCESSING
+TIME_EXIT_CODE = 1816  # ERROR_NOT_ENOUGH_QUOTA, of a process that took all its time
 
 
 class _MemoryStatus(ctypes.Structure):
@@ -39,6 +48,23 @@ class _ProcessMemory(ctypes.Structure):
         ("peak_bytes", ctypes.c_size_t),  # PeakWorkingSetSize
         ("resident_bytes", ctypes.c_size_t),  # WorkingSetSize
         ("others", ctypes.c_size_t * 6),  # of pools and the page file
+    ]
+
+
+class _JobLimits(ctypes.Structure):
+    """JOBOBJECT_EXTENDED_LIMIT_INFORMATION."""
+
+    _fields_: ClassVar = [
+        ("process_ticks", ctypes.c_int64),  # PerProcessUserTimeLimit
+        ("job_ticks", ctypes.c_int64),
+        ("flags", ctypes.c_uint32),
+        ("working_sets", ctypes.c_size_t * 2),
+        ("most_processes", ctypes.c_uint32),
+        ("affinity", ctypes.c_size_t),
+        ("classes", ctypes.c_uint32 * 2),
+        ("io_counters", ctypes.c_uint64 * 6),
+        ("process_bytes", ctypes.c_size_t),  # ProcessMemoryLimit
+        ("others", ctypes.c_size_t * 3),  # of the job, and peaks
     ]
 
 
@@ -75,6 +101,58 @@ def memory_of_child(number: int) -> ProcessMemory:
     """
     with _open_process(number, _QUERY_LIMITED_INFORMATION) as handle:
         return _memory_of_process(handle)
+
+
+def is_running(number: int) -> bool:
+    """Return whether there is a process with this number that has not ended."""
+    try:
+        with _open_process(number, _SYNCHRONIZE) as handle:
+            return _wait(handle, 0) == _TIMEOUT
+    except PermissionError:  # alive, and owned by another user
+        return True
+    except OSError:
+        return False
+
+
+def wait_for_process(number: int) -> None:
+    """Wait until the process with this number has ended."""
+    with suppress(OSError), _open_process(number, _SYNCHRONIZE) as handle:
+        _wait(handle, _FOREVER_MS)
+
+
+def _wait(handle: int, timeout_ms: int) -> int:
+    return int(_KERNEL.WaitForSingleObject(ctypes.c_void_p(handle), ctypes.c_uint32(timeout_ms)))
+
+
+class ProcessLimits:
+    """Limits of processor time and memory of this process, which Windows enforces."""
+
+    def __init__(self) -> None:
+        """Put this process into a job object. Raises OSError."""
+        self._job = ctypes.c_void_p(_KERNEL.CreateJobObjectW(None, None))
+        process = ctypes.c_void_p(_KERNEL.GetCurrentProcess())
+        _check(_KERNEL.AssignProcessToJobObject(self._job, process))
+
+    def set(self, seconds: float, memory_bytes: int) -> None:
+        """Set both limits. Raises OSError."""
+        limits = _JobLimits(
+            process_ticks=round(seconds * _TICKS_A_SECOND),
+            flags=_LIMITS_TIME | _LIMITS_MEMORY,
+            process_bytes=memory_bytes,
+        )
+        size = ctypes.sizeof(limits)
+        _check(
+            _KERNEL.SetInformationJobObject(self._job, _EXTENDED_LIMITS, ctypes.byref(limits), size)
+        )
+
+
+def take_sequences(descriptor: int) -> bool:
+    """Ask the console of a descriptor to obey ESC sequences; return whether it does."""
+    handle, mode = ctypes.c_void_p(msvcrt.get_osfhandle(descriptor)), ctypes.c_uint32()
+    return bool(
+        _KERNEL.GetConsoleMode(handle, ctypes.byref(mode))
+        and _KERNEL.SetConsoleMode(handle, mode.value | _SEQUENCES)
+    )
 
 
 @contextmanager

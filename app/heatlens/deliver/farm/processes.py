@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from threading import Thread, current_thread, main_thread
 
 from heatlens.core.base.errors import InputError
@@ -19,6 +19,9 @@ from heatlens.media.sequence.names import frames_text
 _EVENT_OPTIONS = ("--progress=json", "--quiet")
 PATIENCE_S = 2.0  # time to stop before a process is killed
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_OWN_GROUP = 0  # flags of a new process
+if sys.platform == "win32":  # only who leads a group can be asked to stop; SIGTERM ends at once
+    _OWN_GROUP = subprocess.CREATE_NEW_PROCESS_GROUP
 
 
 class ProcessMaker:
@@ -121,7 +124,9 @@ def start_process(
     with _children_obey_signals():
         pipe = None if is_shown else subprocess.PIPE
         environment = _thread_limit(count) | os.environ
-        return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=environment)
+        return subprocess.Popen(
+            command, stdout=pipe, stderr=pipe, text=True, env=environment, creationflags=_OWN_GROUP
+        )
 
 
 # By default Mesa starts a thread for each processor in every process, and each pass waits for the
@@ -158,7 +163,11 @@ def _children_obey_signals() -> Iterator[None]:
 
 def stop(process: "subprocess.Popen[str]", stop_signal: signal.Signals = signal.SIGTERM) -> None:
     """Ask `process` to stop; kill it after a while if it has not."""
-    process.send_signal(stop_signal)  # SIGTERM works from the first moment on, unlike Ctrl-C
+    if sys.platform == "win32":
+        with suppress(OSError):  # without a console no process can be asked, and it is killed
+            process.send_signal(signal.CTRL_BREAK_EVENT)
+    else:
+        process.send_signal(stop_signal)  # SIGTERM works from the first moment on, unlike Ctrl-C
     Thread(target=_kill_late, args=(process,), daemon=True).start()
 
 

@@ -14,6 +14,8 @@ import sys
 import warnings
 from typing import NoReturn
 
+from heatlens.core.base import stopping
+
 
 def main() -> int:
     """Run the command line of this process; returns the exit code."""
@@ -22,8 +24,17 @@ def main() -> int:
         from heatlens.fronts.commands.worker_process import run_in_worker
 
         return run_in_worker(_run_command)
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+    for stop in stopping.stop_signals():
+        signal.signal(stop, signal.default_int_handler)
+    record = bytearray()
+    stopping.begin_record(record.extend)
+    atexit.register(_remove_own_leftovers, record)  # also after a thread that never ends
     return _run_command()
+
+
+def _remove_own_leftovers(record: bytearray) -> None:
+    """Remove what this process has not finished, as no other process waits for its end."""
+    stopping.remove_leftovers(stopping.read_record(bytes(record)))
 
 
 def _use_utf8() -> None:

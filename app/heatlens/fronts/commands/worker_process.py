@@ -119,7 +119,7 @@ def _descendants(process: int) -> Iterable[int]:
     """Yield the processes that `process` started, and those that they started."""
     for tasks in Path(f"/proc/{process}/task").glob("*/children"):
         try:
-            children = [int(word) for word in tasks.read_text().split()]
+            children = [int(word) for word in tasks.read_text(encoding="utf-8").split()]
         except OSError:  # the thread has ended meanwhile
             continue
         for child in children:

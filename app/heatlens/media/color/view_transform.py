@@ -126,7 +126,7 @@ def srgb_transform(
     check_known(
         "Input space", input_space, tuple(named_primaries.name for named_primaries in KNOWN)
     )
-    glsl = (data_dir("shaders") / "lib" / "srgb_view.lib.glsl").read_text()
+    glsl = (data_dir("shaders") / "lib" / "srgb_view.lib.glsl").read_text(encoding="utf-8")
     encode: Callable[[FloatImage], FloatImage] = encode_srgb
     key = "sRGB"
     if source_primaries is not None or input_space != REC709.name:

@@ -133,7 +133,7 @@ def _check_exit_code(exit_code: int, error_text: str, file_name: str) -> None:
     gigabytes = f"{limits.gigabytes_most():g} GB of memory"
     if exit_code == _FAILED:
         raise to_heatlens_error(RuntimeError(error_text), f"{file_name}: not read")
-    if -exit_code in limits.TIME_SIGNALS:
+    if limits.is_time_exit(exit_code):
         raise InputError(
             f"{file_name} cannot be read within {limits.seconds_most():g} s of processor time and "
             f"{limits.SECONDS_A_MEGABYTE:g} s for each megabyte: it is damaged, or has too many "

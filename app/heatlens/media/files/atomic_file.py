@@ -1,7 +1,6 @@
 """Write files completely or not at all: beside the target, then renamed over it.
 
-Other functions check before a long work whether its output can be written, and lock a file that
-several processes of this user read, change and write.
+Other functions check before a long work whether its output can be written.
 """
 
 import os
@@ -24,7 +23,7 @@ _UNFINISHED_NAME = re.compile(r"\.heatlens-[0-9a-f]{16}\.([0-9a-f]{8})\.([0-9]+)
 _ABANDONED_AFTER_S = 24 * 60 * 60.0  # a file that is being written changes more often than this
 _FOR_ALL, FOR_THE_USER = 0o666, 0o600
 _NEW_FILE = os.O_CREAT | os.O_EXCL | os.O_RDWR
-_LOCK_WAIT_S = 2.0  # a process that stopped in the middle must not block the others forever
+_OPEN_WAIT_S = 2.0  # time for another program to close the target
 
 
 def _machine_digits() -> str:
@@ -84,7 +83,7 @@ def replace_atomically(
             os.close(os.open(temporary_path, _NEW_FILE, mode))
             yield temporary_path
             _flush_to_disk(temporary_path)
-            os.replace(temporary_path, target)
+            _replace(temporary_path, target)
     except (OSError, RuntimeError) as error:  # RuntimeError is what OpenEXR raises
         error_text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         # The temporary name would mean nothing to the user.
@@ -93,6 +92,26 @@ def replace_atomically(
     finally:
         with suppress(OSError):  # if this fails, an earlier step has failed and was reported
             temporary_path.unlink(missing_ok=True)
+
+
+def _replace(temporary_path: Path, target: Path) -> None:
+    """Rename over the target; on Windows, wait while another program has the target open.
+
+    Viewers and virus scanners have files open for moments. Raises OSError.
+    """
+    deadline = time.monotonic() + _OPEN_WAIT_S
+    while True:
+        try:
+            os.replace(temporary_path, target)
+            return
+        except PermissionError as error:
+            if sys.platform != "win32":
+                raise
+            if time.monotonic() > deadline:
+                raise PermissionError(
+                    "another program has it open. Close it there, and write it again"
+                ) from error
+        time.sleep(0.05)
 
 
 def remove_leftovers(folder: Path) -> None:
@@ -110,8 +129,12 @@ def remove_leftovers(folder: Path) -> None:
 
 def _is_abandoned(path: Path, machine: str, process: int) -> bool:
     """Return True if the process that wrote an unfinished file has ended, or probably has."""
-    if machine != _MACHINE or sys.platform == "win32":  # on Windows, signal 0 would end the process
+    if machine != _MACHINE:
         return time.time() - path.stat().st_mtime > _ABANDONED_AFTER_S
+    if sys.platform == "win32":  # signal 0 would end the process there
+        from heatlens.core.base.windows_calls import is_running
+
+        return not is_running(process)
     try:
         os.kill(process, 0)
     except (ProcessLookupError, OverflowError):
@@ -124,7 +147,7 @@ def _is_abandoned(path: Path, machine: str, process: int) -> bool:
 def _has_ended(process: int) -> bool:
     """Return whether the process is a zombie: it has ended, but its parent has not waited."""
     with suppress(OSError, IndexError):
-        status = Path(f"/proc/{process}/stat").read_text()
+        status = Path(f"/proc/{process}/stat").read_text(encoding="utf-8")
         return status.rpartition(")")[2].split()[0] in ("Z", "X")
     return False
 
@@ -149,39 +172,6 @@ def _check_target(target: Path) -> None:
             f"{target} cannot be written: it is a folder or a device, not a file. "
             "Give the name of a file."
         )
-
-
-@contextmanager
-def lock_file(path: Path) -> Iterator[None]:
-    """Lock `path` for the block, and wait up to `_LOCK_WAIT_S` while another process has the lock.
-
-    The file system of a server may have no locks; the block is then entered at once. Raises OSError
-    if the file `path`, which stays empty, cannot be made.
-    """
-    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-    descriptor = os.open(path, flags, 0o600)
-    try:
-        deadline = time.monotonic() + _LOCK_WAIT_S
-        while not _try_lock(descriptor) and time.monotonic() < deadline:
-            time.sleep(0.02)
-        yield
-    finally:
-        os.close(descriptor)  # this releases the lock
-
-
-def _try_lock(descriptor: int) -> bool:
-    """Lock an open file without waiting; return False while another process has the lock."""
-    if sys.platform == "win32":
-        return True
-    import fcntl
-
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:  # a file system without locks
-        return True
-    return True
 
 
 def check_folder(path: Path) -> None:

@@ -11,7 +11,11 @@ import math
 import os
 import signal
 import sys
+import threading
 from pathlib import Path
+
+if sys.platform == "win32":
+    from heatlens.core.base.windows_calls import TIME_EXIT_CODE, ProcessLimits
 
 SECONDS, GIGABYTES = "HEATLENS_READING_SECONDS", "HEATLENS_READING_GIGABYTES"
 # The default limits; OpenUSD itself takes nearly a gigabyte.
@@ -19,11 +23,9 @@ SECONDS_MOST, GIGABYTES_MOST = 10.0, 3.0
 SECONDS_A_MEGABYTE = 10.0  # valid files of many small objects take one or two
 _ELAPSED_FACTOR = 30.0  # elapsed time may be this many times the processor time, on a busy machine
 
-TIME_SIGNALS = tuple(
-    getattr(signal, name) for name in ("SIGXCPU", "SIGALRM") if hasattr(signal, name)
-)
-
 _allowed: dict[str, float] = {}  # seconds for each file; the key "" holds the basic allowance
+if sys.platform == "win32":
+    _process_limits: list[ProcessLimits] = []  # of a bounded process
 
 
 def seconds_most() -> float:
@@ -41,10 +43,19 @@ def is_bounded() -> bool:
     return bool(_allowed)
 
 
+def is_time_exit(exit_code: int) -> bool:
+    """Return whether a process with this exit code, negative for a signal, took all its time."""
+    if sys.platform == "win32":
+        return exit_code == TIME_EXIT_CODE
+    return -exit_code in (signal.SIGXCPU, signal.SIGALRM)
+
+
 def bound_this_process() -> None:
-    """Let the system end this process if it exceeds the limits; Windows has no such limits."""
+    """Let the system end this process if it exceeds the limits."""
     _allowed[""] = seconds_most()
     if sys.platform == "win32":
+        _process_limits.append(ProcessLimits())
+        _bound_time()
         return
     import resource
 
@@ -65,13 +76,23 @@ def allow_for(path: str | os.PathLike[str]) -> None:
 
 def _bound_time() -> None:
     """Set the limits of processor time and of elapsed time from the allowed seconds."""
+    seconds = math.ceil(sum(_allowed.values()))
     if sys.platform == "win32":
+        _process_limits[0].set(seconds, int(gigabytes_most() * 1e9))
+        _watch_elapsed(_ELAPSED_FACTOR * seconds)
         return
     import resource
 
-    seconds = math.ceil(sum(_allowed.values()))
     _lower_limit(resource.RLIMIT_CPU, seconds)
     signal.setitimer(signal.ITIMER_REAL, _ELAPSED_FACTOR * seconds)
+
+
+def _watch_elapsed(seconds: float) -> None:
+    """End this process after `seconds`, on Windows, where no timer of the system does."""
+    if sys.platform == "win32":
+        timer = threading.Timer(seconds, os._exit, (TIME_EXIT_CODE,))
+        timer.daemon = True
+        timer.start()
 
 
 def _lower_limit(kind: int, limit: int) -> None:

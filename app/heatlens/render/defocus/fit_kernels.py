@@ -254,7 +254,7 @@ def main(words: Sequence[str] | None = None) -> int:
         return 0
     entries = {name: entry_of(_fit_and_print(name, args)) for name in args.names}
     if args.output is not None:
-        args.output.write_text(json.dumps({"kernels": entries}, indent=1) + "\n")
+        args.output.write_text(json.dumps({"kernels": entries}, indent=1) + "\n", encoding="utf-8")
     return 0
 
 
@@ -272,7 +272,7 @@ def _fit_and_print_rims(names: Sequence[str], output: Path | None) -> None:
             sys.stdout.write(f"{name} rim {rim:g}: {errors}\n")
             lines.append(json.dumps({"name": name, "rim": rim} | entry_of(fit)))
     if output is not None:
-        output.write_text('{"kernels": [\n' + ",\n".join(lines) + "\n]}\n")
+        output.write_text('{"kernels": [\n' + ",\n".join(lines) + "\n]}\n", encoding="utf-8")
 
 
 def _fit_and_print(name: str, args: argparse.Namespace) -> Fit:

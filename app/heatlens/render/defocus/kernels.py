@@ -57,7 +57,7 @@ class Kernel:
 @cache
 def named_kernel(name: str) -> Kernel:
     """Return the fitted kernel `heat`, `disc_2` ... Raises KeyError for an unknown name."""
-    entry = json.loads(_FILE.read_text())["kernels"][name]
+    entry = json.loads(_FILE.read_text(encoding="utf-8"))["kernels"][name]
     compact = DISC_COMPACT if name.startswith("disc") else 0.0
     return Kernel(name, _to_complex(entry["kappa"]), _to_complex(entry["M"]), compact=compact)
 
@@ -87,7 +87,7 @@ def rim_kernel(name: str, rim: float) -> Kernel:
 def _rim_kernels() -> dict[str, list[tuple[npt.NDArray[np.complex128], ...]]]:
     """Return poles and mixing weights for each of `RIMS`, by the names of the flat discs."""
     rims: dict[str, list[tuple[npt.NDArray[np.complex128], ...]]] = {}
-    for entry in json.loads(_RIM_FILE.read_text())["kernels"]:
+    for entry in json.loads(_RIM_FILE.read_text(encoding="utf-8"))["kernels"]:
         rims.setdefault(entry["name"], []).append(
             (_to_complex(entry["kappa"]), _to_complex(entry["M"]))
         )

@@ -139,7 +139,7 @@ def _read_file(folder: Path, name: str) -> _ShaderFile:
 @lru_cache(maxsize=512)  # more than there are; many are parts of dozens of shaders
 def _parse_file(path: str, _state: tuple[int, int]) -> _ShaderFile:
     """Return the parts of a file; `_state` changes when it is edited."""
-    text = Path(path).read_text()
+    text = Path(path).read_text(encoding="utf-8")
     return _ShaderFile(
         tuple(_split_at_includes(text)), frozenset(_WORD.findall(text)), kinds_in(text)
     )

@@ -21,7 +21,8 @@ from heatlens.core.model.view.ui_sizes import SCALES
 from heatlens.core.model.view.view import ViewState
 from heatlens.deliver.farm.connection import SchedulerIdentity
 from heatlens.deliver.farm.export_place import HERE, ExportPlace, LeftExport
-from heatlens.media.files.atomic_file import FOR_THE_USER, lock_file, write_whole
+from heatlens.media.files.atomic_file import FOR_THE_USER, write_whole
+from heatlens.media.files.file_lock import lock_file
 from heatlens.media.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.media.live.ring.channel_map import ChannelMap
 

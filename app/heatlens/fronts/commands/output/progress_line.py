@@ -12,6 +12,7 @@ from heatlens.core.base.pace import Pace, Step
 from heatlens.fronts.commands.output.say import print_messages, shows_progress
 
 _CLEAR_LINE = "\r\x1b[K"
+_LINE_OF_SPACES = f"\r{'':79}\r"  # for consoles of Windows that show ESC as a sign
 _MUCH_LONGER_FACTOR, _MUCH_LONGER_S = (
     1.5,
     5.0,
@@ -29,15 +30,28 @@ def progress_line(stream: TextIO | None = None) -> Iterator[Callable[[str], None
         yield lambda _: None
         return
     with _own_stream(stream_shown) as line:
+        clear_line = _CLEAR_LINE if _takes_sequences(line) else _LINE_OF_SPACES
 
         def show(text: str) -> None:
-            line.write(f"{_CLEAR_LINE}heatlens: {text}" if text else _CLEAR_LINE)
+            line.write(f"{clear_line}heatlens: {text}" if text else clear_line)
             line.flush()
 
         try:
             yield show
         finally:
             show("")
+
+
+def _takes_sequences(stream: TextIO) -> bool:
+    """Return whether the terminal obeys ESC sequences, as all do but old ones of Windows."""
+    if sys.platform == "win32":
+        from heatlens.core.base.windows_calls import take_sequences
+
+        try:
+            return take_sequences(stream.fileno())
+        except io.UnsupportedOperation:
+            return False
+    return True
 
 
 def _own_stream(stream: TextIO) -> AbstractContextManager[TextIO]:
