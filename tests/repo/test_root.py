@@ -7,7 +7,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = {".gitignore", ".pre-commit-config.yaml", "LICENSE", "README.md", "pyproject.toml"}
-FOLDERS = {".ci", "app", "assets", "shaders", "tests"}
+FOLDERS = {".ci", ".github", "app", "assets", "shaders", "tests"}
 
 
 def tracked_files() -> list[str]:

@@ -1,7 +1,6 @@
 """Run the command `heatlens` in this process or in one of its own."""
 
 import os
-import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -93,6 +92,8 @@ def start_heatlens_on_full_disk(file_bytes: int, *words: object) -> subprocess.P
     The error of a longer file, EFBIG, acts as ENOSPC. The process writes no byte code, which
     Python would truncate without an error and fail to load in later processes.
     """
+    import resource  # here, as Windows has none
+
     return start_heatlens(
         *words,
         env=ENVIRONMENT | {"PYTHONDONTWRITEBYTECODE": "1"},
