@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from heatlens.core.base.errors import InputError
+from heatlens.media.plate.header.channel_choice import NoDepthError
 from heatlens.media.plate.plate import Plate
 from heatlens.media.sequence.sequence import Stamp
 
@@ -54,10 +56,19 @@ Stamps = tuple[Stamp | None, ...]  # stamps of the files of one plate
 
 @dataclass(frozen=True)
 class Damaged:
-    """A frame whose file cannot be read, and a sentence that says why."""
+    """A frame whose file cannot be read, and a sentence that says why.
+
+    lacks_depth  it was read, but nothing in it is a depth
+    """
 
     path: Path
     sentence: str
+    lacks_depth: bool = False
+
+    @property
+    def error(self) -> InputError:
+        """The error to raise where the frame is needed."""
+        return (NoDepthError if self.lacks_depth else InputError)(self.sentence)
 
 
 @dataclass(frozen=True, eq=False)

@@ -125,7 +125,7 @@ def open_plates(opening: Opening) -> OpenedPlates:
     try:
         plate = cache.read_and_wait(first_frame, window=0)
         if isinstance(plate, Damaged):
-            raise InputError(plate.sentence)
+            raise plate.error
         if plate is None:
             raise InputError(f"{source.sequence.path_at(first_frame)} is not there.")
     except Exception:

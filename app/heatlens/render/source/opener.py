@@ -11,6 +11,7 @@ from heatlens.core.base.faults import report_faults
 from heatlens.core.model.shot.framing import SceneTiming
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.files.apart import Stop
+from heatlens.media.plate.header.channel_choice import NoDepthError
 from heatlens.media.scene.placing import Placing
 from heatlens.render.source.kinds import kind_of
 from heatlens.render.source.opened import Opened, Opening
@@ -24,6 +25,7 @@ class Refused:
     text: str
     options: PlateOptions
     message: str
+    lacks_depth: bool = False  # it was read, but nothing in it is a depth
 
 
 class SourceOpener:
@@ -112,7 +114,9 @@ class SourceOpener:
         try:
             opened = self._current.poll()
         except HeatlensError as error:
-            self.failure = Refused(self.opening or "", self._options, str(error))
+            self.failure = Refused(
+                *(self.opening or "", self._options, str(error)), isinstance(error, NoDepthError)
+            )
             self.opening = None
             raise
         if opened is None:

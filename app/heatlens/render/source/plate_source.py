@@ -196,7 +196,7 @@ class _PlateLoader:
         if isinstance(plate, Plate):
             return plate
         if isinstance(plate, Damaged):
-            raise InputError(plate.sentence)
+            raise plate.error
         raise InputError(f"{self._sequence.path_at(frame)} has disappeared.")
 
 

@@ -20,6 +20,21 @@ PURPOSES = {
             pictures=suffixes_read,
         ),
         Purpose(
+            "depth",
+            "Choose the depth of the picture",
+            "Take",
+            MOVIES_READ,
+            "A picture or a movie whose grey is the depth, or an EXR with a channel of it.",
+            pictures=suffixes_read,
+        ),
+        Purpose(
+            "network",
+            "Choose a network that estimates the depth",
+            "Take",
+            (".onnx",),
+            "It runs on this machine. Depth is estimated for each frame.",
+        ),
+        Purpose(
             "behind",
             "Add a picture of what lies behind",
             "Add",

@@ -16,7 +16,12 @@ from heatlens.studio.board.session import Session
 from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import topmost
 from heatlens.studio.ui.docked_panels import DockedPanels
-from heatlens.studio.ui.files.questions import quit_question, save_question, shot_question
+from heatlens.studio.ui.files.questions import (
+    depth_question,
+    quit_question,
+    save_question,
+    shot_question,
+)
 from heatlens.studio.ui.keys_window import keys_window
 from heatlens.studio.ui.layout import dock_panels, grow_for_curve, menu_bar, shrink_large_panels
 from heatlens.studio.ui.panels.marks_panel import pull_popup
@@ -179,6 +184,7 @@ class Screen:
         pull_popup(session.time, ui, session.facts.unit)
         rendered_popup(session.time, ui.timeline)
         shot_question(session.files)
+        depth_question(ui)
         save_question(ui)
         quit_question(ui, session.files.exports.run)
         ui.dialogs.draw()

@@ -1,4 +1,4 @@
-"""Draw modal questions in the middle of the window, about a running export or unsaved work."""
+"""Draw modal questions in the middle of the window: an export, unsaved work, a missing depth."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,6 +7,7 @@ from enum import Enum
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.outside_text import printable
+from heatlens.core.model.depth_words import DepthSide
 from heatlens.deliver.farm.export_process import ExportRun
 from heatlens.studio.board.desks import FileDesk
 from heatlens.studio.ui import topmost, widgets
@@ -78,6 +79,42 @@ def _draw_end_buttons(run: ExportRun, can_be_left: bool) -> _ExportEnd | None:
 def _answer_button(words: str) -> bool:
     """Draw a button in the current line; return True if it was pressed."""
     is_pressed = widgets.button(words, f"quit {words}")
+    imgui.same_line()
+    return is_pressed
+
+
+_HALVES = {"Left half": DepthSide.LEFT, "Right half": DepthSide.RIGHT}
+_DEPTH_DIALOGS = {"Choose its depth...": "depth", "Estimate...": "network"}
+
+
+def depth_question(ui: UiState) -> None:
+    """Draw the question where the depth of a picture is that was opened without one."""
+    no_depth = ui.files.commands.no_depth
+    if not no_depth.name:
+        return
+    with question("No depth###no depth", width_em=34.0) as is_visible:
+        if not is_visible:
+            return
+        imgui.text_wrapped(f"{printable(no_depth.name)} has no depth. Where is it?")
+        widgets.spacer()
+        pressed = [words for words in (*_DEPTH_DIALOGS, *_HALVES, "Cancel") if _depth_button(words)]
+        if not pressed and imgui.is_key_pressed(imgui.Key.enter, False):
+            pressed = [next(iter(_DEPTH_DIALOGS))]
+        if not (pressed or topmost.is_escaped()):
+            return
+        imgui.close_current_popup()
+        words = pressed[0] if pressed else "Cancel"
+        if words in _HALVES:
+            no_depth.use_side(_HALVES[words])
+            return
+        no_depth.wait_for_file()
+        if words in _DEPTH_DIALOGS:
+            ui.dialogs.ask(_DEPTH_DIALOGS[words])
+
+
+def _depth_button(words: str) -> bool:
+    """Draw an answer about the depth in the current line; return True if it was pressed."""
+    is_pressed = widgets.button(words, f"no depth {words}")
     imgui.same_line()
     return is_pressed
 
