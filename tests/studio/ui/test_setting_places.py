@@ -68,6 +68,7 @@ def test_every_label_of_the_panels_is_in_the_settings_list(gui, drawn):
 SEARCH_WORDS = (
     *("theme light", "theme dark", "matte 2.39", "desqueeze 1.33", "peaking magenta", "thirds"),
     *("overlay zones", "guides contrast", "guides opacity", "cat's eye", "timecode", "clip scene"),
+    *("matte never", "matte frame", "clean plate", "bokeh blades", "DoF", "plan", "speed"),
     *("larger interface", "second window names", "film back", "quality film", "close focus"),
 )
 

@@ -67,6 +67,21 @@ FORMER_PANELS = {
 }
 
 
+_FORMER_NAMES = {
+    panel: tuple(name for name, place in FORMER_PANELS.items() if place == panel)
+    for panel in SETTINGS
+}
+_SYNONYMS = {
+    **dict.fromkeys(("never blur", "only blur", "flat depth"), ("matte", "Cryptomatte", "mask")),
+    "frame mask": ("matte", "letterbox"),
+    "focus peaking": ("edges in focus",),
+    "blades": ("bokeh", "iris"),
+    "sensor width": ("film back", "gate"),
+    "neighbours": ("clean plate", "hidden surfaces"),
+    "sharp up to": ("DoF", "circle of confusion"),
+}
+
+
 def setting_places(facts: Facts, desk: TimeDesk, ui: UiState) -> tuple[Command, ...]:
     """Return a command for each setting, and for each former panel, which shows its place."""
     places = [(panel, words) for panel, settings in SETTINGS.items() for words in settings]
@@ -76,7 +91,7 @@ def setting_places(facts: Facts, desk: TimeDesk, ui: UiState) -> tuple[Command, 
             partial(_open_panel, ui, panel, words),
             menu=f"{panel} tab",
             barred=partial(_why_not, facts, desk, panel, words),
-            synonyms=tuple(name for name, place in FORMER_PANELS.items() if place == panel),
+            synonyms=(*_FORMER_NAMES.get(panel, ()), *_SYNONYMS.get(words, ())),
         )
         for panel, words in (*places, *((panel, name) for name, panel in FORMER_PANELS.items()))
     )
