@@ -35,6 +35,7 @@ _ZOOM, _MIN_ZOOM_SHARE = (
     0.1,
 )  # zoom factor of one notch; smallest range, as a share of the usual
 _NAME_GAP = 0.5  # em
+_VALUE_RISE_EM = 1.6  # how far above a key its value is drawn
 _MIN_DRAG_PX = 3.0  # a smaller vertical movement of the mouse does not change the value of a key
 Line = Sequence[tuple[float, float]]  # (frame, place on the axis)
 
@@ -74,7 +75,7 @@ def curve_editor(
     stretch_grips(view.stretch, scale, corner.y, height)
     handle_key_drag(view.drag, scale, corner.y, height, key_positions, move)
     draw_keys(desk, view.drag, scale, key_positions, corner.y, height)
-    _draw_value(desk, view, key_positions, scale, unit)
+    _draw_value(desk, view, key_positions, scale, corner.y, unit)
     _handle_pointer(view, axis, scale, heights)
 
 
@@ -93,9 +94,14 @@ def _handle_pointer(
 
 
 def _draw_value(
-    desk: TimeDesk, view: TimelineView, key_positions: KeyPositions, scale: TimeScale, unit: str
+    desk: TimeDesk,
+    view: TimelineView,
+    key_positions: KeyPositions,
+    scale: TimeScale,
+    top: float,
+    unit: str,
 ) -> None:
-    """Draw the value beside the key that is dragged or under the pointer."""
+    """Draw the value of the key that is dragged or under the pointer; `top` is the upper edge."""
     mouse, em = imgui.get_mouse_pos(), imgui.get_font_size()
     selected_positions = {
         key: position for key, position in key_positions.items() if key in desk.keys.selection
@@ -112,6 +118,8 @@ def _draw_value(
     words = axis.format_value(key.value, unit)
     width = imgui.calc_text_size(words).x + 0.6 * em
     x += -0.7 * em - width if x + 0.7 * em + width > scale.x + scale.width else 0.7 * em
+    # Above the key, or below it at the upper edge, since the pointer covers what is beside it.
+    y += em * (-_VALUE_RISE_EM if y - (_VALUE_RISE_EM + 0.6) * em > top else 1.5 * _VALUE_RISE_EM)
     box_corner, box_end = ImVec2(x, y - 0.6 * em), ImVec2(x + width, y + 0.6 * em)
     draw = imgui.get_window_draw_list()
     draw.add_rect_filled(box_corner, box_end, theme.colors.mark, 3.0)
