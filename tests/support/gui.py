@@ -20,7 +20,7 @@ from heatlens.studio.board.session import Session
 from heatlens.studio.settings.preferences import Preferences
 from heatlens.studio.settings.start import Start
 from heatlens.studio.share.sharing import Sharing
-from heatlens.studio.ui import probe, theme
+from heatlens.studio.ui import probe, seek, theme
 from heatlens.studio.ui.screen import Screen
 
 SIZE = (1280, 800)
@@ -252,6 +252,7 @@ class Gui:
 
     def close(self) -> None:
         self._listening.__exit__(None, None, None)
+        seek.show_setting("", "")  # no other window highlights what this one did
         self.session.close()
         imgui.backends.opengl3_shutdown()
         # the device binds again what was bound before: something that stays must be
