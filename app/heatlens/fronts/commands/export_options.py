@@ -136,7 +136,16 @@ def make_export_job(args: argparse.Namespace) -> ExportJob:
         options = replace(options, shot_name=Path(args.shot).name.split(".")[0])
     look, kept_channels = _picture_look(args, shot), _channels_to_keep(args, shot)
     pinhole = pinhole_options(args)
-    return ExportJob(shot, frames, output, options, look, kept_channels, args.pinhole, pinhole)
+    return ExportJob(
+        shot=shot,
+        frames=frames,
+        output=output,
+        options=options,
+        look=look,
+        keep=kept_channels,
+        pinhole=args.pinhole,
+        pinhole_options=pinhole,
+    )
 
 
 def frames_of_part(args: argparse.Namespace, job: ExportJob) -> tuple[int, ...] | None:

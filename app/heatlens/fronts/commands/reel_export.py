@@ -138,6 +138,11 @@ def _exported_shots(reel: Reel, jobs: list[tuple[ReelShot, ExportJob]]) -> dict[
         cut_frames = reel_shot.frames or frames
         folder, form = job.output.folder, job.output.form
         exported[shot.name] = ExportedShot(
-            job.shot, folder, form, frames, cut_frames, reel_shot.retime
+            shot=job.shot,
+            folder=folder,
+            form=form,
+            frames=frames,
+            cut=cut_frames,
+            retime=reel_shot.retime,
         )
     return exported

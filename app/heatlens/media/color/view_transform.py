@@ -136,7 +136,15 @@ def srgb_transform(
         key = f"sRGB of {primaries.name} {primaries.chromaticities}"
         matrix = to_rec709(primaries)
         glsl, encode = _prepend_matrix(glsl, matrix), _encoder_with_matrix(matrix)
-    return ViewTransform("sRGB", PLAIN_VIEW, input_space, key, glsl, (), encode)
+    return ViewTransform(
+        display="sRGB",
+        view=PLAIN_VIEW,
+        input_space=input_space,
+        key=key,
+        glsl=glsl,
+        luts=(),
+        encode=encode,
+    )
 
 
 def _prepend_matrix(glsl: str, matrix: Matrix) -> str:
@@ -195,7 +203,8 @@ def view_transform(
             f"{config.source}: {view} on {display} from {input_space} cannot be built: "
             f"{error_text(error)}"
         ) from error
-    return ViewTransform(display, view, input_space, key, glsl, luts, _cpu_encoder(cpu_processor))
+    encode = _cpu_encoder(cpu_processor)
+    return ViewTransform(display, view, input_space, key=key, glsl=glsl, luts=luts, encode=encode)
 
 
 def _grade_transform(library: ModuleType, grade: Grade) -> object:

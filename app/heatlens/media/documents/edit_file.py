@@ -210,13 +210,13 @@ def _reel_shot(span: ShownSpan, frames: range, finder: MediaFinder, rate: float)
     marks, marker_notes = _split_markers(clip)
     all_notes = (*filter(None, notes), *marker_notes)
     return ReelShot(
-        shot_name(clip.name or "shot"),
-        media.source,
-        exported_frames,
-        all_notes,
-        marks,
-        grade,
-        retime,
+        name=shot_name(clip.name or "shot"),
+        source=media.source,
+        frames=exported_frames,
+        notes=all_notes,
+        marks=marks,
+        grade=grade,
+        retime=retime,
     )
 
 

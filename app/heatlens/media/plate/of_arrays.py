@@ -117,7 +117,14 @@ def _report_depth(depth_m: FloatImage) -> DepthReport:
     infinite_count = depth_m.size - finite.size
     reason = "The caller says so."
     return DepthReport(
-        "depth_m", DepthConvention.DISTANCE, DepthKind.PLANAR, reason, near, far, infinite_count, 0
+        channel="depth_m",
+        convention=DepthConvention.DISTANCE,
+        kind=DepthKind.PLANAR,
+        why=reason,
+        near_m=near,
+        far_m=far,
+        infinite_count=infinite_count,
+        repaired_count=0,
     )
 
 
@@ -126,5 +133,12 @@ def _report_coc(coc_px: FloatImage) -> DepthReport:
     if not np.isfinite(coc_px).all():
         raise InputError("coc_px holds NaN or infinity.")
     return DepthReport(
-        "coc_px", DepthConvention.COC, DepthKind.PLANAR, "The caller says so.", np.nan, np.nan, 0, 0
+        channel="coc_px",
+        convention=DepthConvention.COC,
+        kind=DepthKind.PLANAR,
+        why="The caller says so.",
+        near_m=np.nan,
+        far_m=np.nan,
+        infinite_count=0,
+        repaired_count=0,
     )

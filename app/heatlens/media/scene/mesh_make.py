@@ -49,12 +49,12 @@ def make_mesh(
     else:
         sources, normals = None, _normalize_normals(normals, positions_m, triangles)
     return Mesh(
-        np.ascontiguousarray(positions_m),
-        np.ascontiguousarray(normals),
-        np.ascontiguousarray(uvs),
-        np.ascontiguousarray(triangles),
-        material,
-        None if colors is None else np.ascontiguousarray(colors, np.float32),
+        positions_m=np.ascontiguousarray(positions_m),
+        normals=np.ascontiguousarray(normals),
+        uvs=np.ascontiguousarray(uvs),
+        triangles=np.ascontiguousarray(triangles),
+        material=material,
+        colors=None if colors is None else np.ascontiguousarray(colors, np.float32),
         sources=sources,
     )
 

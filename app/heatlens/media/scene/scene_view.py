@@ -108,7 +108,15 @@ def view_of(pose: Pose, lens: Lens, size: tuple[int, int], box_m: Array) -> Scen
     near = max(0.99 * float(depths.min()), _NEAR_TO_FAR_LEAST * far)
     focal_px = size[0] * lens.focal_length_mm / lens.sensor_width_mm
     focus_m, focus_offset = lens.focus_distance_m, focus_offset_of(lens, size)
-    return SceneView(world_to_camera, size, focal_px, focus_m, near, far, focus_offset=focus_offset)
+    return SceneView(
+        world_to_camera=world_to_camera,
+        size=size,
+        focal_px=focal_px,
+        focus_m=focus_m,
+        near_m=near,
+        far_m=far,
+        focus_offset=focus_offset,
+    )
 
 
 def refine_view(view: SceneView, factor: int) -> SceneView:

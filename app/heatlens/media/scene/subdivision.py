@@ -83,15 +83,15 @@ def subdivide(mesh: Polygons) -> Polygons:
     creases, sharpness = _split_creases(edges, vertex_count)
     is_still_sharp = mesh.point_sharpness > 1
     return Polygons(
-        np.vstack([points, edge_points, face_points]),
-        np.full(len(quads), 4, np.int64),
-        quads.reshape(-1),
-        values,
-        mesh.faces[face_of] if len(mesh.faces) else face_of,
-        creases,
-        sharpness,
-        mesh.sharp_points[is_still_sharp],
-        mesh.point_sharpness[is_still_sharp] - 1,
+        points=np.vstack([points, edge_points, face_points]),
+        counts=np.full(len(quads), 4, np.int64),
+        corners=quads.reshape(-1),
+        values=values,
+        faces=mesh.faces[face_of] if len(mesh.faces) else face_of,
+        creases=creases,
+        crease_sharpness=sharpness,
+        sharp_points=mesh.sharp_points[is_still_sharp],
+        point_sharpness=mesh.point_sharpness[is_still_sharp] - 1,
     )
 
 

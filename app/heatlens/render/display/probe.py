@@ -112,13 +112,13 @@ def probe_at(
     )
     red, green, blue, alpha = plate.pixels.color_in(pixel_box)[0, 0].tolist()
     return Probe(
-        pixel,
-        file_px,
-        (red, green, blue, alpha),
-        reader.pixel(shown, version, texel),
-        depth_m,
-        _coc_at(plate, lens, row, column, depth_m),
-        _sharp_m(lens, depth_m),
+        display_px=pixel,
+        data_px=file_px,
+        plate=(red, green, blue, alpha),
+        picture=reader.pixel(shown, version, texel),
+        depth_m=depth_m,
+        coc_px=_coc_at(plate, lens, row, column, depth_m),
+        sharp_m=_sharp_m(lens, depth_m),
     )
 
 

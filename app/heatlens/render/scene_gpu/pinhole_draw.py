@@ -129,7 +129,12 @@ class PinholeDraw:
         yield from self._draw_color(view, across // fine, fine, color, request)
         yield from self._draw_depth(view, request.frame, depth)
         rings_m, bins = self._rings.of(depth, fine * margin), self._survey.of(depth).dioptres
-        overscan, peeled = Overscan(color, depth, margin, rings_m, bins, fine), None
+        overscan, peeled = (
+            Overscan(
+                color=color, depth=depth, margin_px=margin, ring_m=rings_m, bins=bins, fine=fine
+            ),
+            None,
+        )
         if is_peeled:
             done = self._pinhole.picture(view.size).done
             peeled = yield from self._peel.steps(

@@ -100,7 +100,15 @@ class SourceOpener:
     ) -> None:
         """Begin to open a source on a thread of `background`, which receives the result."""
         placing = self._placing_of(text)
-        opening = Opening(text, options, frame, timing, placing, self._wake, self._stop)
+        opening = Opening(
+            text=text,
+            options=options,
+            frame=frame,
+            timing=timing,
+            placing=placing,
+            wake=self._wake,
+            stop=self._stop,
+        )
         background.start(partial(_open, opening))
 
     def cancel(self) -> None:

@@ -185,8 +185,10 @@ def guide_shapes(guides: Guides, picture: Rect, lines: Iterable[FrameLine] = ())
 
 def _rect_of_part(part: Part, picture: Rect) -> Rect:
     """Return the rectangle on the screen of a part of the picture's canvas."""
-    x, y, width, height = *picture[:2], picture[2] - picture[0], picture[3] - picture[1]
-    return x + part[0] * width, y + part[1] * height, x + part[2] * width, y + part[3] * height
+    left, top, right, bottom = picture
+    width, height = right - left, bottom - top
+    x0, y0, x1, y1 = part
+    return left + x0 * width, top + y0 * height, left + x1 * width, top + y1 * height
 
 
 def _corners(rect: Rect) -> list[Rect]:

@@ -100,7 +100,15 @@ def _layer_words(facts: LegendFacts) -> Iterable[str]:
     return [f"up to {ends[0]} px", *between, f"from {ends[-1]} px"]
 
 
-NO_OVERLAY = Overlay("none", "", "off", "", "no_color", {}, lambda _facts: ())
+NO_OVERLAY = Overlay(
+    name="none",
+    words="",
+    label="off",
+    key="",
+    function="no_color",
+    colors={},
+    legend=lambda _facts: (),
+)
 # Each begins with its name, words, label, key and function.
 OVERLAYS = (
     Overlay(

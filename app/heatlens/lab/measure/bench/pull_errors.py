@@ -108,7 +108,14 @@ def measure_pull(
         for kind in Input
     }
     plate = subject.plate.data_window
-    return PullErrors(subject.name, plate.width, plate.height, views, frames, flip)
+    return PullErrors(
+        scene=subject.name,
+        width=plate.width,
+        height=plate.height,
+        truth_views=views,
+        frames=frames,
+        flip=flip,
+    )
 
 
 def pull_table(errors: PullErrors) -> str:

@@ -211,7 +211,14 @@ def measure_method(
     seconds = run_times(subject, settings, runs, start + LIMIT_S - warm_up)
     scores = score(pixels, reference.pixels)
     median_s = median(seconds or [warm_up])
-    return Row(settings.method, detail_of(settings), pixels, median_s, len(seconds), scores)
+    return Row(
+        method=settings.method,
+        detail=detail_of(settings),
+        pixels=pixels,
+        seconds=median_s,
+        runs=len(seconds),
+        scores=scores,
+    )
 
 
 def run_times(

@@ -159,7 +159,9 @@ class Learning:
         if self._first[name] - low > high - self._first[name]:
             low, high = high, low
         at_low, at_high = _DEFAULT_ENDS[self.ring]
-        return ChannelMap(name, self.ring, low, high, at_low, at_high)
+        return ChannelMap(
+            channel=name, ring=self.ring, low=low, high=high, at_low=at_low, at_high=at_high
+        )
 
     def _relative_travel(self, name: str) -> float:
         """Return how far a channel has moved, relative to its largest magnitude."""

@@ -66,7 +66,10 @@ class TevImages:
         return False
 
     def _create(self, message: CreateImage) -> bool:
-        """Create an image without pixels; drop the oldest images until it fits in the limits."""
+        """Create an image without pixels; drop the oldest images until it fits in the limits.
+
+        Return True, because an image has changed.
+        """
         count = message.width * message.height * len(message.channels)
         if count > self._max_values:
             raise TevPacketError(
@@ -82,7 +85,7 @@ class TevImages:
         return True
 
     def _update(self, message: UpdateImage) -> bool:
-        """Copy the tiles of a message into its image."""
+        """Copy the tiles of a message into its image. Return True, because it has changed."""
         image = self._images.get(message.name)
         if image is None:
             raise TevPacketError(f"no image {message.name[:40]!r} exists to update")

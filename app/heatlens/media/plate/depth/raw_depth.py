@@ -98,5 +98,14 @@ def measure_raw_depth(values: FloatImage, what: str, channel: str, origin: Depth
     )
     negative_count = int(np.count_nonzero(finite_values < 0)) if low < 0 else 0
     return RawDepth(
-        values, what, channel, infinite, low, high, zero_count, nan_count, negative_count, origin
+        values=values,
+        what=what,
+        channel=channel,
+        infinite=infinite,
+        low=low,
+        high=high,
+        zero_count=zero_count,
+        nan_count=nan_count,
+        negative_count=negative_count,
+        origin=origin,
     )

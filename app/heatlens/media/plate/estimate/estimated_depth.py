@@ -62,12 +62,12 @@ def estimate_depth(
     depth = 1.0 / _sharpen_dioptres(dioptres, color, values.shape)
     depth = np.clip(depth, DEPTH_LEAST_M, 1.0 / DIOPTRES_LEAST).astype(np.float32)
     report = DepthReport(
-        CHANNEL,
-        guess.convention,
-        DepthKind.PLANAR,
-        guess.why,
-        float(depth.min()),
-        float(depth.max()),
+        channel=CHANNEL,
+        convention=guess.convention,
+        kind=DepthKind.PLANAR,
+        why=guess.why,
+        near_m=float(depth.min()),
+        far_m=float(depth.max()),
         infinite_count=0,
         repaired_count=0,
         question=guess.question,

@@ -52,7 +52,14 @@ class NetworkFacts:
 
 # Sources: the preprocessing in the repositories of each family. The first that fits is taken.
 _KNOWN_FAMILIES = (
-    NetworkFacts(("metric3d",), 616, 28, _IMAGENET, DepthModelOutput.METRES, 255.0),
+    NetworkFacts(
+        words=("metric3d",),
+        side_px=616,
+        multiple=28,
+        scale=_IMAGENET,
+        output=DepthModelOutput.METRES,
+        white=255.0,
+    ),
     NetworkFacts(("depth_pro", "depthpro"), 1536, 1536, _EVEN, DepthModelOutput.METRES),
     NetworkFacts(("zoedepth", "zoe_depth"), 384, 32, _EVEN, DepthModelOutput.METRES),
     NetworkFacts(("metric", "da3metric"), 518, 14, _IMAGENET, DepthModelOutput.METRES),
@@ -150,7 +157,15 @@ def _load_network(path: Path, key: str, output: DepthModelOutput) -> Network:
             f"{path} takes {picture_input.shape} and gives {output_shapes}: sides are 1 to "
             f"{_MAP_SIDE_MOST} px."
         )
-    return Network(path, facts, note, size, key, session.run, picture_input.name)
+    return Network(
+        path=path,
+        facts=facts,
+        note=note,
+        size=size,
+        key=key,
+        run=session.run,
+        input_name=picture_input.name,
+    )
 
 
 def _open_session(path: Path) -> Any:

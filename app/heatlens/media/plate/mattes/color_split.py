@@ -138,7 +138,14 @@ class SplitPicture:
         rest = np.where(is_open[..., None], background, picture.color)
         rest_nearness = np.where(is_open, behind_nearness, picture.nearness)
         return SplitPicture(
-            picture, share, nearness, is_front, is_back, is_open, rest, rest_nearness
+            picture=picture,
+            share=share,
+            nearness=nearness,
+            is_front=is_front,
+            is_back=is_back,
+            is_open=is_open,
+            rest=rest,
+            rest_nearness=rest_nearness,
         )
 
     def cut_out_kept(self) -> Cutout:

@@ -128,15 +128,15 @@ def _compare_pixels(view: View, moved_frame: MovedFrame, canvas: Canvas) -> _Com
     rows, columns = np.mgrid[grid].astype(np.float32) + np.float32(0.5)
     (left, top), (frame_left, frame_top) = canvas.corner, moved_frame.probe.view.corner
     return _ComparedPixels(
-        light[is_over],
-        detail[is_over],
-        columns[is_over] + (frame_left - left),
-        rows[is_over] + (frame_top - top),
-        samples.x[is_over] - np.float32(left),
-        samples.y[is_over] - np.float32(top),
-        samples.z[is_over],
-        canvas.front_m.ravel()[pixel[is_over]],
-        view.plate.color,
+        light=light[is_over],
+        detail=detail[is_over],
+        still_x=columns[is_over] + (frame_left - left),
+        still_y=rows[is_over] + (frame_top - top),
+        x=samples.x[is_over] - np.float32(left),
+        y=samples.y[is_over] - np.float32(top),
+        z=samples.z[is_over],
+        front_m=canvas.front_m.ravel()[pixel[is_over]],
+        view_color=view.plate.color,
     )
 
 

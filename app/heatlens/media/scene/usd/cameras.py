@@ -69,14 +69,14 @@ def _read_camera(
     tracks = _drop_impossible(stage, prim, tracks)
     first_values = {field: track[0] for field, track in tracks.items()}
     return SceneCamera(
-        name,
-        CameraTrack(tuple(map(PoseKey, frame_numbers, poses))),
-        focal_mm[0],
-        width_mm,
-        first_values.get("f_stop"),
-        first_values.get("focus_distance_m"),
-        all_frames,
-        {field: track for field, track in tracks.items() if len(set(track)) > 1},
+        name=name,
+        track=CameraTrack(tuple(map(PoseKey, frame_numbers, poses))),
+        focal_length_mm=focal_mm[0],
+        sensor_width_mm=width_mm,
+        f_stop=first_values.get("f_stop"),
+        focus_distance_m=first_values.get("focus_distance_m"),
+        lens_frames=all_frames,
+        lens_tracks={field: track for field, track in tracks.items() if len(set(track)) > 1},
     )
 
 

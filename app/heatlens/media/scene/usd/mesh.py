@@ -103,7 +103,15 @@ def _subdivide_surface(
     values = {name: value.astype(np.float32) for name, value in refined.values.items()}
     points, normals = refined.points.astype(np.float32), corner_normals(refined)
     uvs, colors = values.get("uvs"), values.get("colors")
-    return _Surface(points, refined.counts, refined.corners, refined.faces, normals, uvs, colors)
+    return _Surface(
+        points=points,
+        counts=refined.counts,
+        corners=refined.corners,
+        faces=refined.faces,
+        normals=normals,
+        uvs=uvs,
+        colors=colors,
+    )
 
 
 def _check_polygons(

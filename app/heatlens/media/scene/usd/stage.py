@@ -76,7 +76,14 @@ def open_stage(path: Path) -> UsdStage:
     to_metres = np.diag([unit_m, unit_m, unit_m, 1.0])
     if up == "Z":
         to_metres = to_metres @ [[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]]
-    return UsdStage(path, stage, prims, unit_m, np.asarray(to_metres), rate)
+    return UsdStage(
+        path=path,
+        stage=stage,
+        prims=prims,
+        meters_per_unit=unit_m,
+        to_metres=np.asarray(to_metres),
+        frames_per_second=rate,
+    )
 
 
 def _with_ancestors(prims: Iterable[UsdObject]) -> Iterable[UsdObject]:
