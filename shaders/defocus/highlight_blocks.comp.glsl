@@ -1,6 +1,10 @@
 // Lists the blocks of 8 x 8 pixels that contain highlights, one block an invocation, and sets all sums of the next
 // pass (highlight_sprites.comp.glsl) to 0.
 //
+// Words (lib/highlights.lib.glsl): a sprite is a disc that is drawn for one or several highlights of similar coc
+// (signed circle of confusion); a higher level merges more of them; the plan has the number of sprites of each level,
+// and says which level is drawn.
+//
 // Input
 //   lit_buf      bits of the pixels with a highlight (highlight_split.comp.glsl)
 // Outputs

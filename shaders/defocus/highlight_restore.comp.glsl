@@ -1,6 +1,9 @@
 // Puts highlights that are not drawn as discs back into the light that is diffused: in the whole picture if there are
 // too many of them, or in blocks that belong to bright surfaces. If all are drawn, the pass runs on no workgroups.
 //
+// Words (lib/highlights.lib.glsl): a sprite is a disc that is drawn for one or several highlights of similar coc; a
+// higher level merges more of them; the plan says which level is drawn.
+//
 // Inputs
 //   highlight_tx, lit_buf   rgb removed light, a its signed coc (circle of confusion, diameter in pixels), of the
 //                      pixels whose bit is set in lit_buf (highlight_split.comp.glsl)

@@ -21,7 +21,8 @@
 //   kind_tx       r kind of the pixel (lib/kind.lib.glsl)
 //   far_tx, near_tx   the two fragments of rim pixels (fragments_far.comp.glsl, fragments_near.comp.glsl)
 // Outputs
-//   out_layer_img rgb times coverage, a coverage, marked if hidden (lib/hidden.lib.glsl)
+//   out_layer_img rgb times coverage, a coverage; of a hidden pixel a is below 0 and packs its coverage and its known
+//                 share (hidden_mark of lib/hidden.lib.glsl)
 //   out_state_img r diameter |coc| in pixels of the layer, g share of content (solid), 0..1
 //   pixel list    the hidden pixels
 // With LISTS, for pictures with fragment lists (lib/fragment_list.lib.glsl), hidden pixels carry their listed share of

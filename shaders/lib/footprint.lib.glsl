@@ -1,4 +1,5 @@
 // The footprint of a pixel of a smaller version of a picture: the part of the whole picture that the pixel covers.
+// `at` and `size` are in pixels of the smaller picture, `whole_size` in those of the whole one.
 
 struct Footprint {
     vec2 low, high;     // its corners, in pixels of the whole picture

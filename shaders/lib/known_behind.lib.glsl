@@ -1,4 +1,5 @@
-// The surface behind a near rim, from fragment lists. Include lib/rim.lib.glsl first.
+// The surface behind a near rim, from fragment lists. A near rim is a pixel at a silhouette whose depth was sampled on
+// the nearer of two surfaces. Include lib/rim.lib.glsl first.
 
 #include "lib/fragment_list.lib.glsl"
 

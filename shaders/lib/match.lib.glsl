@@ -9,7 +9,8 @@
 // Inputs
 //   state_tx       r diameter |coc|, pixels
 //   listed_tx      r share known from the list
-//   layer_tx       rgb times coverage, a coverage, marked if hidden
+//   layer_tx       rgb times coverage, a coverage; below 0 in a hidden pixel, where marked_cover of lib/hidden.lib.glsl
+//                  takes the coverage out of it
 // Output
 //   out_match_img  rgb logarithm of visible / listed brightness, a confidence
 
@@ -70,9 +71,9 @@ void add_match(inout vec4 sum, ivec2 at, int k, int ahead, int hidden_px) {
     // Uncertain measurements count less, and their hue even less.
     float confidence = SURE_VARIANCE / (SURE_VARIANCE + front.variance + back.variance), grey = mean_of(ratio);
     ratio = confidence * (vec3(grey) + confidence * (ratio - grey));
-    float likeness = 1.0 - smoothstep(ALIKE_LOG, UNLIKE_LOG, max(abs(ratio.r), max(abs(ratio.g), abs(ratio.b))));
+    float similarity = 1.0 - smoothstep(ALIKE_LOG, UNLIKE_LOG, max(abs(ratio.r), max(abs(ratio.g), abs(ratio.b))));
     float length_px = float(steps) * length(vec2(away_direction));
-    sum += likeness / (length_px * length_px) * vec4(ratio, 1.0);
+    sum += similarity / (length_px * length_px) * vec4(ratio, 1.0);
 }
 
 // The mean of the measurements at all ends of a hidden pixel, if `is_needed`, and in a its confidence. `ends` has the
