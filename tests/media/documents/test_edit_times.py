@@ -90,7 +90,12 @@ def test_reel_shot_renders_each_frame_once_and_edit_repeats_or_drops_it(
     assert (shot.exported_frames, list(shot.source_frames)) == (expected_range, expected_shown)
     assert dict(reel.gaps) == {1: 4}
     exported = ExportedShot(
-        shot_of("x"), tmp_path, NameForm("s.", 4, ".exr"), shot.frames, shot.frames, shot.retime
+        shot=shot_of("x"),
+        folder=tmp_path,
+        form=NameForm("s.", 4, ".exr"),
+        frames=shot.frames,
+        cut=shot.frames,
+        retime=shot.retime,
     )
     write_edit(tmp_path / "out.otio", reel, {shot.name: exported})
     read_back = otio.adapters.read_from_file(str(tmp_path / "out.otio"))

@@ -18,7 +18,9 @@ from heatlens.media.live.ring.channel_map import (
 )
 from heatlens.media.live.ring.sources import LensSample
 
-FOCUS = ChannelMap("/f", Ring.FOCUS, 10.0, 110.0, 0.5, math.inf)
+FOCUS = ChannelMap(
+    channel="/f", ring=Ring.FOCUS, low=10.0, high=110.0, at_low=0.5, at_high=math.inf
+)
 ENDS = st.floats(0.3, 100.0)
 
 
@@ -29,14 +31,18 @@ def test_channel_map_of_focus_is_linear_in_dioptres():
 
 
 def test_channel_map_bend_is_slow_at_the_first_end():
-    bent_map = ChannelMap("/f", Ring.IRIS, 0.0, 1.0, 2.0, 8.0, bend=2.0)
+    bent_map = ChannelMap(
+        channel="/f", ring=Ring.IRIS, low=0.0, high=1.0, at_low=2.0, at_high=8.0, bend=2.0
+    )
     assert bent_map.value_at(0.5) == pytest.approx(2.0 * 4.0**0.25)
     assert (bent_map.value_at(0.0), bent_map.value_at(1.0)) == (2.0, 8.0)
 
 
 @given(st.floats(-10, 10), st.sampled_from(Ring), ENDS, ENDS, st.floats(0.2, 5.0))
 def test_channel_map_value_stays_between_its_ends(told, ring, at_low, at_high, bend):
-    channel_map = ChannelMap("/x", ring, 1.0, -2.0, at_low, at_high, bend)
+    channel_map = ChannelMap(
+        channel="/x", ring=ring, low=1.0, high=-2.0, at_low=at_low, at_high=at_high, bend=bend
+    )
     low, high = sorted((at_low, at_high))
     assert low * (1 - 1e-9) <= channel_map.value_at(told) <= high * (1 + 1e-9)
 

@@ -92,7 +92,14 @@ def test_antialias_edge_between_two_pixels_is_not_done(ctx):
     scene = scene_of((plane(2.0),), [(0, card_placement)], (lamp((0.5, 0.5, 0.5)),), daylight=NIGHT)
     raster.load(scene)
     raster.place(1)
-    view = SceneView(np.eye(4), (16, 8), 20.0, np.inf, 0.1, 10.0)
+    view = SceneView(
+        world_to_camera=np.eye(4),
+        size=(16, 8),
+        focal_px=20.0,
+        focus_m=np.inf,
+        near_m=0.1,
+        far_m=10.0,
+    )
     antialias = Antialias(ctx, raster)
     for _ in antialias.steps(view, 4, 1, "key"):
         pass

@@ -15,7 +15,9 @@ from heatlens.render.scene_gpu.raster import SceneRaster
 from heatlens.render.scene_gpu.ray_tracer import RayTracer
 from support.scenes import BLACK, NIGHT, even_sky, lamp, placement, plane, scene_of
 
-VIEW = SceneView(np.eye(4), (12, 8), 10.0, np.inf, 0.1, 100.0)
+VIEW = SceneView(
+    world_to_camera=np.eye(4), size=(12, 8), focal_px=10.0, focus_m=np.inf, near_m=0.1, far_m=100.0
+)
 RED, GREEN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 

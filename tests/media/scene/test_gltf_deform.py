@@ -236,7 +236,14 @@ def test_ray_tracer_and_raster_show_moving_shape_alike(session_context):
         return replace(sheet, positions_m=sheet.positions_m + offset)
 
     scene = scene_of([moved(1)], None, [lamp((1, 1, 1))], daylight=NIGHT, deforms={0: moved})
-    view = SceneView(np.eye(4), (16, 8), 8.0, np.inf, 0.1, 100.0)
+    view = SceneView(
+        world_to_camera=np.eye(4),
+        size=(16, 8),
+        focal_px=8.0,
+        focus_m=np.inf,
+        near_m=0.1,
+        far_m=100.0,
+    )
     raster = SceneRaster(ctx)
     raster.load(scene)
     rays, out = RayTracer(ctx, raster), new_texture(ctx, view.size, 4)

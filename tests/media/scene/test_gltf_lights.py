@@ -124,7 +124,17 @@ def test_raster_lights_scene_by_animated_lamp(tmp_path, session_context):
     levels = []
     for frame in (1, 25, 1):
         raster.place(frame)
-        raster.draw(SceneView(view, (8, 8), 20.0, np.inf, 0.1, 100.0), color)
+        raster.draw(
+            SceneView(
+                world_to_camera=view,
+                size=(8, 8),
+                focal_px=20.0,
+                focus_m=np.inf,
+                near_m=0.1,
+                far_m=100.0,
+            ),
+            color,
+        )
         levels.append(float(download(color)[4, 4, 0]))
     assert levels[0] == levels[2] > 0.1 and levels[1] == 0
     color.release()

@@ -235,7 +235,12 @@ def test_gltf_texture_wraps_as_its_sampler_says(tmp_path, session_context, wrap,
     raster.place(1)
     view = pose_looking_at((0.5, 0.5, 1), (0.5, 0.5, 0)).world_to_camera
     color = new_texture(session_context, (4, 4), 4)
-    raster.draw(SceneView(view, (4, 4), 4.0, np.inf, 0.1, 100.0), color)
+    raster.draw(
+        SceneView(
+            world_to_camera=view, size=(4, 4), focal_px=4.0, focus_m=np.inf, near_m=0.1, far_m=100.0
+        ),
+        color,
+    )
     found = download(color)[2, :, :2]
     color.release()
     raster.release()

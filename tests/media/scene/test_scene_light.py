@@ -19,7 +19,9 @@ from heatlens.render.scene_gpu.sky_light import diffuse_polynomial, sky_radiance
 from support.scenes import BLACK, NIGHT, even_sky, lamp, placement, plane, scene_of, sphere
 
 SIZE = (48, 32)
-VIEW = SceneView(np.eye(4), SIZE, 60.0, np.inf, 0.1, 100.0)
+VIEW = SceneView(
+    world_to_camera=np.eye(4), size=SIZE, focal_px=60.0, focus_m=np.inf, near_m=0.1, far_m=100.0
+)
 AHEAD = [(0, placement(z=-2.0))]
 WHITE = Material(base_color=(1.0, 1.0, 1.0), roughness=1.0)
 # Of the light on WHITE what leaves it straight on: what GGX does not mirror, approximated as in

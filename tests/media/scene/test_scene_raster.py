@@ -20,7 +20,9 @@ from support.rounding import tolerance_for
 from support.scenes import NIGHT, lamp, placement, plane, scene_of, sphere, still_life
 
 SIZE = (48, 32)
-VIEW = SceneView(np.eye(4), SIZE, 60.0, np.inf, 0.1, 100.0)
+VIEW = SceneView(
+    world_to_camera=np.eye(4), size=SIZE, focal_px=60.0, focus_m=np.inf, near_m=0.1, far_m=100.0
+)
 LIGHT = (0.5, 2.25, 500.0)
 
 

@@ -28,7 +28,14 @@ def shot_with_focus_keys():
 
 
 def test_through_camera_replaces_lens_and_keys_by_those_of_file():
-    camera = SceneCamera("hero", TRACK, 50.0, 24.9, 2.8, 3.2)
+    camera = SceneCamera(
+        name="hero",
+        track=TRACK,
+        focal_length_mm=50.0,
+        sensor_width_mm=24.9,
+        f_stop=2.8,
+        focus_distance_m=3.2,
+    )
     shot = through_camera(shot_with_focus_keys(), camera)
     lens = shot.lens_at(5)
     assert (lens.focal_length_mm, lens.sensor_width_mm) == (50.0, 24.9)

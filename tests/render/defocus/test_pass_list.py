@@ -20,12 +20,14 @@ from heatlens.render.gpu.program_versions import combine_variants, without_and_w
 
 WORK = Work((64, 48), named_kernel("heat"), SolverName.SWEEP)
 GRAIN = Pass(
-    "grain",
-    {"grain.comp.glsl": combine_variants(without_and_with("COARSE"), without_and_with("COLORED"))},
-    lambda _, runs: Traffic(24.0 * runs, 20.0 * runs),
-    {"grained": ""},
-    ("blurred",),
-    {"noise": "poles"},
+    name="grain",
+    shaders={
+        "grain.comp.glsl": combine_variants(without_and_with("COARSE"), without_and_with("COLORED"))
+    },
+    traffic=lambda _, runs: Traffic(24.0 * runs, 20.0 * runs),
+    writes={"grained": ""},
+    reads_last=("blurred",),
+    private_memory={"noise": "poles"},
 )
 
 
