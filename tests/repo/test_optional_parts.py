@@ -37,6 +37,8 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 LISTED: dict[str, list[str]] = PROJECT["optional-dependencies"]
 NO_PARTS = {
     "all": "all other extras of users",
+    "desk": "what a desk needs of them",
+    "desk-free": "the same without packages under the GPL",
     "fit": "for developers, who make the kernels again",
     "test": "for developers",
 }
@@ -50,7 +52,7 @@ OF_MODULE = {module: part for part in EXTRAS for module in part.packages.values(
 
 def names_of(requirements: list[str]) -> set[str]:
     """Return the packages of requirements; of heatlens itself, the extras that are named."""
-    text = " ".join(re.sub(r"heatlens\[([\w,]*)\]", r"\1", it) for it in requirements)
+    text = " ".join(re.sub(r"heatlens\[([\w,-]*)\]", r"\1", it) for it in requirements)
     return set(re.sub(r"[<>=]+[\w.]+", "", text).replace(",", " ").split())
 
 
@@ -71,6 +73,8 @@ def test_optional_packages_do_not_set_pillow_load_truncated_images():
 def test_extra_all_includes_every_part():
     brought = {name for part in EXTRAS for name in part.brings}
     assert names_of(LISTED["all"]) == {it.name for it in EXTRAS} - brought
+    assert names_of(LISTED["desk"]) == {"desk-free", "movie"}
+    assert names_of(LISTED["desk-free"]) == {"edit", "gui", "ring", "scene", "share"}
 
 
 def texts(tree: ast.AST) -> list[str]:

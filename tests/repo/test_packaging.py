@@ -29,6 +29,8 @@ def check_metadata(metadata: Message) -> None:
     assert {"matplotlib", "flip-evaluator"} <= extras["study"]
     of_users = (extras[name] for name in extras.keys() - {"all", "fit", "test"})
     assert extras["all"] == set().union(*of_users) and extras["all"] <= extras["test"]
+    assert extras["desk-free"] == extras["desk"] - {"av"} and "av" in extras["desk"]
+    assert not extras["desk"] & {"opencv-python-headless", "usd-core", "onnxruntime", "distributed"}
 
 
 def packages_of(extra: str, requirements: list[str]) -> set[str]:
