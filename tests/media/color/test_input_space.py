@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from imgui_bundle import imgui
 from PIL import Image
 
 from heatlens.core.model.shot.plate_options import PlateOptions
@@ -143,6 +144,8 @@ def test_window_uses_header_input_space_until_user_selects_one(ctx, tmp_path):
         session.pictures.view.state = replace(session.facts.view, input_space="Linear Rec.2020")
         gui.open(plate)
         assert session.pictures.color.transform.input_space == "Linear Rec.2020"
+        imgui.set_window_focus("Display")
+        gui.frame(2)
         gui.click(gui.middle("input"))
         gui.click(gui.middle("input: auto: ACEScg"))
         gui.frame(2)
