@@ -97,7 +97,7 @@ class Session:
     """The open document, its commands and its facts; a front end drives it.
 
     The commands are on the desks `pictures`, `time`, `lens`, `scenes` and `files`; `facts` has the
-    current state. The main loop calls `poll`, `work` and `note_drawn`.
+    current state. The turns of a loop call `poll`, `work` and `note_drawn`, see `LoopTurn`.
     """
 
     def __init__(
@@ -153,7 +153,7 @@ class Session:
             self.files.documents.autosave_now()
         self.messages.say(Problem(error))
 
-    # Called by the main loop
+    # Called in the turns of a loop
 
     def poll(self) -> None:
         """Collect the results of threads; report errors, and keep the last good picture."""
