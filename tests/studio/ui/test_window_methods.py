@@ -210,7 +210,7 @@ def test_status_words_name_the_methods_of_a_and_b(gui):
     def status_words() -> str:
         return words(
             gui.session.facts.view,
-            gui.session.pictures.sides,
+            gui.session.pictures,
             None,
             gui.session.pictures.live.output,
         )
