@@ -1,4 +1,4 @@
-"""Draw the pictures of panels that app/MANUAL.md shows, as the program draws them.
+"""Draw the pictures of the window in README.md and of panels in app/MANUAL.md.
 
     .venv/bin/python tests/manual_pictures.py
 
@@ -14,6 +14,7 @@ from pathlib import Path
 from imgui_bundle import imgui
 from PIL import Image
 
+from heatlens.core.model.marks.marks import DistanceMark
 from heatlens.media.scene.scene_read import DEMO
 from heatlens.render.gpu.context import headless_context
 from heatlens.render.gpu.device import Device
@@ -28,6 +29,8 @@ OF_PLATE = {"lens": "Lens", "source": "Source", "display": "Display", "export": 
 OF_PLATE |= {"looks": "Looks"}
 OF_SCENE = {"scene": "Source", "timeline": "Timeline"}
 LOW, FROM_ABOVE = (1500, 1000), {"marks": "Marks"}  # its plan fills it
+WINDOW = (1600, 900)
+MARKS = (DistanceMark("A", 1.193), DistanceMark("B", 1.95))  # an apple, and the wall behind it
 FOLDS = {"Display": ("Frame masks and guides", "frame mask")}
 
 
@@ -47,11 +50,25 @@ def panel_picture(gui: Gui, name: str) -> Image.Image:
     return Image.fromarray(gui.screenshot().copy()).crop(tuple(box))
 
 
+def write_window_picture(ctx: Device) -> None:
+    """Write assets/window.png: the window with the still life, two marks and the Lens panel."""
+    with gui_of(ctx, ASSETS / "still_life.exr", size=WINDOW) as gui:
+        gui.session.editing.begin(replace(gui.session.facts.shot, marks=MARKS))
+        imgui.set_window_focus("Lens")
+        gui.settled()
+        gui.click(gui.middle("dismiss lessons"))  # the hints of a first start
+        gui.settled()
+        path = ASSETS / "window.png"
+        Image.fromarray(gui.screenshot().copy()).save(path, optimize=True)
+        print(path, path.stat().st_size)
+
+
 def main() -> None:
-    """Write the pictures to assets/manual."""
+    """Write the pictures to assets and assets/manual."""
     folder = ASSETS / "manual"
     folder.mkdir(exist_ok=True)
     ctx = headless_context()
+    write_window_picture(ctx)
     shots = Path(tempfile.gettempdir()) / "shots"  # the folder that the Source tab shows
     shots.mkdir()  # never one that is there already, for it is removed in the end
     plate = shutil.copy(ASSETS / "still_life.exr", shots)
