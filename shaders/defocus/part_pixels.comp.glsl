@@ -1,12 +1,14 @@
-// Writes the surfaces of each pixel of the picture as the parts of the lens see them: pixels of silhouettes, in which
-// two surfaces are mixed, are taken apart. All parts read these, which is faster than to take pixels apart for each.
+// Writes the surfaces of each pixel for the views through the parts of the lens opening (render/defocus/part_views.py):
+// pixels of silhouettes, in which two surfaces are mixed, are taken apart. All parts read these, which is faster than to
+// take pixels apart for each.
 //
 // Inputs
 //   color_tx   rgb of the picture
 //   coc_tx     signed coc of the visible surface, pixels
-//   kind_tx, far_tx, near_tx   pixels of silhouettes (lib/kind.lib.glsl, render/defocus/fragment_pass.py): of a far rim
-//                              far_tx has the visible surface and the coverage of the nearer one, near_tx that one
-//                              and its coc; of a near rim far_tx has the visible surface and its coverage
+//   kind_tx    the kind of each pixel (lib/kind.lib.glsl)
+//   far_tx     far rim: rgb of the visible surface, which is the farther one, and coverage of the nearer one; near rim:
+//              rgb of the visible surface and its coverage
+//   near_tx    far rim: rgb of the nearer surface and its coc
 // Output
 //   lib/pixel_surface.lib.glsl
 

@@ -11,6 +11,9 @@
 // the backward pass eliminates each block again, in registers. Inactive tiles are neither read nor written; nothing
 // flows into them.
 //
+// With IS_REPEATED, a line continues beyond both ends of the picture with copies of its end pixel; `repeated_heat` is
+// the heat capacity of all copies together. `slot` is the number of the line among those that are solved at once.
+//
 // SYSTEM names the network, a lib file that follows the contract in shaders/README.md. It has POLES systems, which are
 // solved independently of each other; its add_pole combines their solutions. Num is a coefficient, Value four
 // channels, both real or complex (lib/number.lib.glsl).

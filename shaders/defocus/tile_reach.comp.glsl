@@ -42,14 +42,14 @@ float content_distance_px(LayerTile tile) {
     return distance_px;
 }
 
-// True if the layer `layer` has a hole within `reach_px` of a tile of another layer.
-bool has_hole(LayerTile tile, int layer, float reach_px) {
+// True if the layer of another entry has a hole within `reach_px` of a tile.
+bool has_hole(LayerTile tile, int entry, float reach_px) {
     ivec2 first = tile.at * tile.reduction, last = min(first + tile.reduction, picture_tiles) - 1;
     int reach = int(reach_px) / TILE + 1, end = min(last.y + reach, picture_tiles.y - 1);
     float distance_px = 1e30;
     int y = max(first.y - reach, 0);
     do {
-        int across = min(hole_buf[hole_index(layer, ivec2(first.x, y))], hole_buf[hole_index(layer, ivec2(last.x, y))]);
+        int across = min(hole_buf[hole_index(entry, ivec2(first.x, y))], hole_buf[hole_index(entry, ivec2(last.x, y))]);
         if (across < FAR_AWAY) distance_px = min(distance_px, gap_px(across, max(max(first.y - y, y - last.y), 0)));
     } while (++y <= end);
     return distance_px <= reach_px;
@@ -58,14 +58,14 @@ bool has_hole(LayerTile tile, int layer, float reach_px) {
 // True if some nearer layer has no hole within `reach_px` of the tile.
 bool is_covered(LayerTile tile, float reach_px) {
     bool is_open = true;
-    for (int other = tile.layer + 1; other < layer_count && is_open; ++other)
-        if (layer_number[other] > layer_number[tile.layer]) is_open = has_hole(tile, other, reach_px);
+    for (int other = tile.entry + 1; other < layer_count && is_open; ++other)
+        if (layer_number[other] > layer_number[tile.entry]) is_open = has_hole(tile, other, reach_px);
     return !is_open;
 }
 
 // Appends an active tile to the list of its layer.
 void list_tile(LayerTile tile) {
-    int first = tile.layer * list_words;
+    int first = tile.entry * list_words;
     // Words 0 and 3 are the workgroups of two later passes, word 6 is the number of tiles.
     // A pass over the layer's tiles runs in `slices` equal slices, so it needs one group more for each `slices` tiles.
     uint slot = atomicAdd(tile_list_buf[first + 6], 1u), slice_count = uint(slices);
@@ -77,7 +77,7 @@ void list_tile(LayerTile tile) {
 void main() {
     LayerTile tile = layer_tile();
     if (any(greaterThanEqual(tile.at, tile.count))) return;
-    vec2 px = layer_px[tile.layer];
+    vec2 px = layer_px[tile.entry];
     // uncovered_px: as far as the nearest surface and this layer move relative to each other, seen across the lens.
     float uncovered_px = wider_scale * (max(-hider_buf[tile_index(tile, tile.at)], 0.0) + px.y) / 2.0;
     float reach_px = max(px.x, uncovered_px) + margin_px;

@@ -31,7 +31,7 @@ bool has_content(LayerTile tile, ivec2 at) {
     ivec2 first = at * tile.reduction, end = min(first + tile.reduction, picture_tiles);
     for (int y = first.y; y < end.y; ++y)
         for (int x = first.x; x < end.x; ++x) content |= content_buf[y * picture_tiles.x + x];
-    return has_content(content, layer_number[tile.layer]);
+    return has_content(content, layer_number[tile.entry]);
 }
 
 // The word of a tile of the picture; 0 beyond the ends of the row.
@@ -41,12 +41,12 @@ uint word_at(ivec2 at) {
 
 // Writes the distance to the next tile of the row in which the layer is open.
 void find_hole(LayerTile tile) {
-    int distance = FAR_AWAY, step = 0, layer = layer_number[tile.layer];
+    int distance = FAR_AWAY, step = 0, layer = layer_number[tile.entry];
     do {
         uint words = word_at(tile.at - ivec2(step, 0)) | word_at(tile.at + ivec2(step, 0));
         if (is_layer_open(words, layer)) distance = step;
     } while (++step <= hole_reach && distance == FAR_AWAY);
-    hole_buf[hole_index(tile.layer, tile.at)] = distance;
+    hole_buf[hole_index(tile.entry, tile.at)] = distance;
 }
 
 // The least signed coc in a tile of a layer, from the tiles of the picture for which it stands.
@@ -61,7 +61,7 @@ float nearest_in(LayerTile tile) {
 // Writes the head of an empty list: no workgroups and no tiles. In the pass over the picture, a tile has `reduction` x
 // `reduction` workgroups.
 void empty_list(LayerTile tile) {
-    int first = tile.layer * list_words;
+    int first = tile.entry * list_words;
     for (int i = 0; i < TILE_LIST_HEAD; ++i) tile_list_buf[first + i] = 0u;
     tile_list_buf[first + 1] = tile_list_buf[first + 2] = 1u;
     tile_list_buf[first + 4] = tile_list_buf[first + 5] = uint(tile.reduction);

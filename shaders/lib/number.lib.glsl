@@ -2,7 +2,7 @@
 // program, selects one of them.
 //
 //   Num       a coefficient: a float, or a vec2 (real, imaginary) if COMPLEX
-//   Channels  the channels that are solved together: four, or two if there are two PARTS
+//   Channels  the channels that are solved together: four, or two if PARTS is 2: two invocations then solve two channels each
 //   Value     what is diffused: Channels, or a matrix (column 0 real, column 1 imaginary) if COMPLEX
 //
 // All three support + and multiplication by a float with GLSL's operators; the other operations are below.

@@ -17,21 +17,21 @@ uniform int list_words;  // words of the list of a layer's tiles (lib/tile_list.
 layout(std430) buffer tile_list_block { uint tile_list_buf[]; };
 
 struct LayerTile {
-    int layer;        // number of the entry
+    int entry;        // number of the entry
     ivec2 at, count;  // position of the tile; tiles of the layer across and down
     int reach, reduction;  // z and w of layer_tiles
 };
 
 // The tile of this invocation.
 LayerTile layer_tile() {
-    int layer = int(gl_GlobalInvocationID.z);
-    ivec4 tiles = layer_tiles[layer];
-    return LayerTile(layer, ivec2(gl_GlobalInvocationID.xy), tiles.xy, tiles.z, tiles.w);
+    int entry = int(gl_GlobalInvocationID.z);
+    ivec4 tiles = layer_tiles[entry];
+    return LayerTile(entry, ivec2(gl_GlobalInvocationID.xy), tiles.xy, tiles.z, tiles.w);
 }
 
-// Index of a tile at another position of the same layer, in a buffer with a word for each tile of each layer.
-int tile_index(LayerTile tile, ivec2 at) { return tile.layer * tile_words + at.y * tile.count.x + at.x; }
+// Index of a tile at another position of the same layer, in a buffer with a word for each tile of each entry.
+int tile_index(LayerTile tile, ivec2 at) { return tile.entry * tile_words + at.y * tile.count.x + at.x; }
 
-// Index of a tile of the picture in hole_buf, which has a word for each tile of the picture and each layer: the
+// Index of a tile of the picture in hole_buf, which has a word for each tile of the picture and each entry: the
 // distance to the next hole, a tile in which the layer is open (lib/tile_content.lib.glsl).
-int hole_index(int layer, ivec2 at) { return layer * tile_words + at.y * picture_tiles.x + at.x; }
+int hole_index(int entry, ivec2 at) { return entry * tile_words + at.y * picture_tiles.x + at.x; }

@@ -70,6 +70,7 @@ def test_bench_drag_uses_size_of_plate_or_smaller_one(capsys, tmp_path):
     )
     half_report = report_of(capsys, "--plate", plate, "--size", "48x32", "--f-stop", "2")["drag"]
     assert (half_report["width"], half_report["height"]) == (48, 32)
+    # one row for each level of the preview, the last at the smallest size
     assert half_report["rows"][0]["width"] == 48 and half_report["rows"][-1]["width"] < 48
 
 

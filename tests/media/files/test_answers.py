@@ -134,7 +134,7 @@ def test_unpacked_returns_packed_values():
     assert unpacked_values[1:] == values[1:]
 
 
-def test_called_apart_rejects_answer_that_calls_a_function(tmp_path, tests_importable):
+def test_called_in_a_process_rejects_answer_that_calls_a_function(tmp_path, tests_importable):
     new_folder = tmp_path / "made"
     with pytest.raises(InputError, match=r"a\.aaf cannot be read: .*mkdir"):
         call_in_process(evil, str(new_folder), "a.aaf")
@@ -174,7 +174,9 @@ def check_noises_change_no_answer(reader: str, argument: object, *noises: tuple[
 
 
 @pytest.mark.parametrize("call", LOUD, indirect=True)
-def test_called_apart_returns_same_answer_if_reader_prints_in_every_way(call, tests_importable):
+def test_called_in_a_process_returns_same_answer_if_reader_prints_in_every_way(
+    call, tests_importable
+):
     assert {way for way, _ in NOISES} == WAYS.keys()
     check_noises_change_no_answer(*call, *NOISES)
 
@@ -183,7 +185,7 @@ def test_called_apart_returns_same_answer_if_reader_prints_in_every_way(call, te
     "call", ["heatlens.media.plate.picture.picture_open:picture_info"], indirect=True
 )
 @pytest.mark.parametrize("noise", NOISES, ids=lambda noise: f"{noise[0]}-{len(noise[1])}")
-def test_called_apart_returns_same_answer_if_reader_prints(call, noise, tests_importable):
+def test_called_in_a_process_returns_same_answer_if_reader_prints(call, noise, tests_importable):
     check_noises_change_no_answer(*call, noise)
 
 

@@ -161,7 +161,7 @@ def test_usd_failures_reported_passes_on_errors_of_our_own_code():
         print(1 // 0)
 
 
-def test_called_apart_reports_errors_of_our_own_code_as_faults(
+def test_called_in_a_process_reports_errors_of_our_own_code_as_faults(
     usd_path, expects_faults, tmp_path, monkeypatch
 ):
     """The function is called with wrong arguments."""

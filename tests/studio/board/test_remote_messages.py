@@ -79,7 +79,7 @@ def test_pages_may_change_each_field_that_is_listed(board, of):
         board.check_remote(message | {"made_up": 1})
 
 
-def test_commands_of_the_view_need_no_hand(board):
+def test_commands_of_the_view_need_no_right_to_change_the_shot(board):
     assert board.turns_lens({"do": "Focus"}) and board.turns_lens({"do": "Undo"})
     assert not board.turns_lens({"do": "Thirds"})
     assert board.turns_lens({"change": "lens"}) and not board.turns_lens({"change": "view"})

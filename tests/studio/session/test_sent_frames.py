@@ -33,15 +33,15 @@ def test_session_waits_for_a_stream_and_shows_its_frames(listening, stream):
     send_image(stream._server, "one", picture())
     run_until(listening, lambda: listening.facts.plate is not None, "the frame")
     assert stream.is_shown and not listening.facts.is_waiting
-    assert listening.source.once_only and not listening.source.is_sequence
+    assert listening.source.why_shown_once and not listening.source.is_sequence
     assert not listening.time.frames_ahead.is_on
     version = listening.facts.plate_version
     send_image(stream._server, "one", picture() + 1)
     run_until(listening, lambda: listening.facts.plate_version > version, "the next one")
     listening.files.commands.reload()
-    assert listening.messages.text == listening.source.once_only
+    assert listening.messages.text == listening.source.why_shown_once
     assert not listening.files.commands.may_choose("save shot")
-    assert listening.files.exports.why_not == listening.source.once_only
+    assert listening.files.exports.why_not == listening.source.why_shown_once
 
 
 def test_plate_options_of_a_stream_apply_and_can_be_undone(listening, stream):

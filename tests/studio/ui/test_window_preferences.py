@@ -78,7 +78,7 @@ def test_lists_all_accepts_only_layouts_with_every_panel():
     assert not lists_all_panels("", ["Lens"])
 
 
-def test_layout_of_other_panels_begins_anew_and_says_so(ctx, plate):
+def test_stored_layout_of_other_panels_is_replaced_with_a_message(ctx, plate):
     with gui_of(ctx, plate, Preferences(), defocus=QUICK) as gui:
         new_layout = imgui.save_ini_settings_to_memory()
         restore_layout(gui.ui, new_layout)

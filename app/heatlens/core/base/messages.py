@@ -80,7 +80,7 @@ class Messages(Worker):
         self._clock = clock
         self._shown_since = 0.0
         self._is_lasting = False
-        self._is_true: Callable[[], bool] = _always
+        self._is_still_true: Callable[[], bool] = _always
         self._is_kept_on_screen = False  # the message stays until it is replaced or cleared
 
     def say(self, sentence: str) -> None:
@@ -88,20 +88,20 @@ class Messages(Worker):
         self.text, self._shown_since = window_words(sentence), self._clock()
         self.is_problem = isinstance(sentence, Problem)
         self._is_lasting = isinstance(sentence, Lasting)
-        self._is_true = sentence.is_true if isinstance(sentence, Passing) else _always
+        self._is_still_true = sentence.is_true if isinstance(sentence, Passing) else _always
 
     def clear(self) -> None:
         """Show no message from now on."""
         self.text = ""
 
     def fade(self, keeps_problem: bool = False) -> None:
-        """Clear a message that has been shown long enough; call this once a frame.
+        """Clear a message that was shown long enough or is true no longer; call this once a frame.
 
         With `keeps_problem`, a Problem stays until it is replaced or cleared.
         """
         self._is_kept_on_screen = self._is_lasting or (keeps_problem and self.is_problem)
         is_over = not self._is_kept_on_screen and self._clock() - self._shown_since > SHOWN_S
-        if self.text and (is_over or not self._is_true()):
+        if self.text and (is_over or not self._is_still_true()):
             self.text = ""
 
     def seconds_until_needed(self) -> float | None:

@@ -162,9 +162,10 @@ class FrameRendering:
 
 
 def pace_words(whole_s: float, parts_s: float) -> str:
-    """Return a message on the time of a frame in quality final and in film.
+    """Return a message on the time of a frame in the qualities "final" and "film".
 
-    `parts_s` is the share of the parts of the lens, which film does not have.
+    `parts_s` is the time that final takes to blur for parts of the lens opening, which film does
+    not do.
     """
     is_notable = parts_s > _NOTABLE_SHARE * whole_s
     film_text = (

@@ -117,7 +117,7 @@ class Loop:
         session = self._session
         while not (self._ui.is_over or stops.number):
             self._wait_for_events()
-            self._open_names(door.pop_names())
+            self._open_names(door.pop_names())  # files that another start of heatlens passes on
             if self._pad is not None:
                 self._pad.poll(pad_axes)
             if self._screen.sharing.run_requests():

@@ -63,7 +63,11 @@ class PictureField:
     def diffusion_uniforms(
         self, aperture: Aperture, pixel_aspect_ratio: float = 1.0
     ) -> dict[str, object]:
-        """Return the uniforms for lib/blur_system.lib.glsl, for discs of the same variance."""
+        """Return the uniforms of lib/blur_system.lib.glsl, to blur as widely as the disc.
+
+        Diffusion and disc have the same variance, which may change from the middle of the picture
+        to its corners.
+        """
         per_px = 1 / self.half_diagonal_px
         return {
             "field_middle_px": self.middle_px,

@@ -82,9 +82,11 @@ def past_blades(x: Array, y: Array, blades: Blades) -> tuple[Array, Array, Array
     return bow + straightness * outward, gradient_x, gradient_y
 
 
-# Light must pass both circles, so the one that is farther from the point decides, and by symmetry a
-# sign tells which one this is. With one circle alone, the middle of a disc would move towards the
-# corner; the diffusion cannot move its blur, so that lamps would be drawn beside their blur.
+# The barrel is two circles, its front and its rear rim, shifted by `shift` to either side. Light
+# must pass both circles, so the one that is farther from the point decides, and by symmetry a sign
+# tells which one this is. With one circle alone, the middle of a disc would move towards the
+# corner; the diffusion cannot move its blur, so that the discs of highlights would lie beside the
+# blur of their surroundings.
 def past_barrel(x: Array, y: Array, barrel: Barrel) -> tuple[Array, Array, Array]:
     """Return the signed distance of points from the edge of the barrel, and its gradient.
 

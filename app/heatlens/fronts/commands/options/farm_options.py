@@ -131,7 +131,10 @@ def make_renderer_function(
 
 
 def _compare_programs(expected: str, present: str, strict: bool) -> None:
-    """Print a difference between two programs "VERSION/DRIVER"; if strict, raise InputError."""
+    """Print how this program differs from the one that wrote the job; if strict, raise InputError.
+
+    `present` and `expected` are "VERSION/DRIVER" of the two.
+    """
     names = ("heatlens", "OpenGL driver")
     pairs = zip(names, expected.split("/", 1), present.split("/", 1), strict=False)
     differences = [
@@ -141,7 +144,9 @@ def _compare_programs(expected: str, present: str, strict: bool) -> None:
     ]
     if not differences:
         return
-    difference = f"this machine has {' and '.join(differences)}, where the job was written"
+    difference = (
+        f"this machine has {' and '.join(differences)}, unlike the machine that wrote the job"
+    )
     if strict:
         raise InputError(
             f"{difference[0].upper()}{difference[1:]}. Without --strict it renders nevertheless."

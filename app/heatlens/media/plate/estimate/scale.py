@@ -66,7 +66,8 @@ def _value_at(
 ) -> float:
     """Return the value of the network at the pixel of the picture whose distance is known.
 
-    `shape` is the shape of the picture. Raises InputError if the pixel is outside it.
+    `first_values` are those of the first frame, at the size of the network. `shape` is the shape of
+    the picture. Raises InputError if the pixel is outside it.
     """
     row, column = (int(at // 1) for at in (known_distance.y_px, known_distance.x_px))
     height, width = shape[:2]

@@ -76,6 +76,7 @@ def extend_cutout(plate: Plate, wide_plate: Plate) -> Plate:
     is_in_plate = move_to_window(np.ones_like(cutout.share), plate_window, window, 0.0) > 0
 
     def paste(plate_pixels: FloatImage, wide_pixels: FloatImage) -> FloatImage:
+        """Return the wide pixels with those of the plate in their place."""
         channels = np.atleast_3d(plate_pixels)
         moved = [
             move_to_window(channels[..., k], plate_window, window, 0.0)

@@ -147,9 +147,11 @@ def farthest_moved_m(view: View, probes: Sequence[FrameProbe], canvas: Canvas) -
 def find_moving_depths(
     canvas: Canvas, moved_frame: MovedFrame, pixel: Numbers, is_over: Flags
 ) -> MovingDepths:
-    """Return the moving objects of a frame: its pixels that this frame sees through.
+    """Return the depths of what moved in another frame.
 
-    `pixel` and `is_over` are the results of `MovedFrame.pixels_on`.
+    These are its pixels where the shown frame sees something farther, by the factor THROUGH, so
+    that nothing can have stood there. `pixel` and `is_over` are the results of
+    `MovedFrame.pixels_on`: the pixel of the canvas, and whether it is on the canvas.
     """
     probe = moved_frame.probe
     is_moved = is_over & probe.is_clean

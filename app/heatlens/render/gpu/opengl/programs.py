@@ -80,7 +80,8 @@ class _GlProgram(LinkedProgram):
     ) -> None:
         """Bind the inputs and outputs of the program's next run, by name.
 
-        Raises ShaderError for a name that the program does not declare.
+        A name that is declared but not used has no unit and is left out. Raises ShaderError for a
+        name that the program does not declare and, if strict, for one that is used but not given.
         """
         texture_map: Mapping[str, Any] = textures or _NOTHING
         image_map: Mapping[str, Any] = images or _NOTHING

@@ -45,7 +45,7 @@ class ExportCommands(Commands, Worker):
     @property
     def why_not(self) -> str:
         """The reason why nothing can be exported now; "" if exporting is possible."""
-        return "" if self.run.is_busy else self._source.once_only
+        return "" if self.run.is_busy else self._source.why_shown_once
 
     # The frames come from the timeline, because it knows the files. A shot file need not name its
     # frames: from the shot alone, the tab would show "one frame" for a sequence, and a keyed shot

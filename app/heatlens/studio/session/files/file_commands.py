@@ -109,7 +109,7 @@ class FileCommands(Commands, Worker):
             timing = None if framing is None else framing.timing
             self._source.opener.open(opened.text, opened.options, self._editing.frame, timing)
         elif opened is not None:
-            self._say(self._source.once_only)
+            self._say(self._source.why_shown_once)
 
     # Choosing
 
@@ -119,8 +119,8 @@ class FileCommands(Commands, Worker):
             self._say("Nothing is open to save.")
         elif key == "behind" and not self.reading.is_possible:
             self._say("Pictures behind belong to a plate, and none is open.")
-        elif key == "save shot" and self._source.once_only:
-            self._say(self._source.once_only)
+        elif key == "save shot" and self._source.why_shown_once:
+            self._say(self._source.why_shown_once)
         else:
             return True
         return False

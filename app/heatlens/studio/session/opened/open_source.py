@@ -115,7 +115,7 @@ class OpenSource:
         return None if self.opened is None else self.feed.scene
 
     @property
-    def once_only(self) -> str:
+    def why_shown_once(self) -> str:
         """A sentence why frames cannot be rendered again later; "" if they can."""
         return "" if self.opened is None else only_once_reason(self.opened)
 

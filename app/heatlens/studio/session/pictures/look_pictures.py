@@ -141,6 +141,7 @@ class LookPictures:
         except HeatlensError:
             tile.is_refused = True
             raise
+        # the renderer still shows its last picture if it has not drawn one of this look yet
         self._store_if_requested(tile, self._live.output)
 
     def _store_if_requested(self, tile: _Tile, picture: Shown | None) -> None:

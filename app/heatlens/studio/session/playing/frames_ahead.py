@@ -86,7 +86,11 @@ class FramesAhead(Commands, Worker):
     def is_on(self) -> bool:
         """Return True if there are frames to be played, and they are to be kept."""
         source = self._source
-        if not self._preferences.values.keep_frames or source.plate is None or source.once_only:
+        if (
+            not self._preferences.values.keep_frames
+            or source.plate is None
+            or source.why_shown_once
+        ):
             return False
         return self._view.is_drawn and self._timeline.played.count > 1  # the size is known
 
@@ -287,7 +291,7 @@ class FramesAhead(Commands, Worker):
             self._filler.unload()
 
     def restart(self) -> None:
-        """Discard unfinished work, because another source was opened."""
+        """Forget all frames, made or refused, because another source was opened."""
         self._free_memory()
         self._refused_keys.clear()
         self._made_keys.clear()

@@ -291,7 +291,7 @@ def _unit_rows(options: PlateOptions, say: Say) -> PlateOptions:
 
 
 def _name_choice(name: str, value: str | None, names: Sequence[str], tip: str = "") -> str | None:
-    """Draw the choice of one of the file's names, or None to find it automatically."""
+    """Draw the choice of a channel or layer of the file by its name; None finds it by itself."""
     choices = {_BY_NAME: None} | {text or "(no name)": text for text in names}
     current_text = next((text for text, key in choices.items() if key == value), value or _BY_NAME)
     picked_text = widgets.choice(name, current_text, list(choices), tip)
