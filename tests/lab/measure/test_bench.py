@@ -57,7 +57,7 @@ def run_bench(capsys, *words: str) -> str:
 # the picture; the plates of the bench have no alpha, and their proxy is made once. Other methods
 # have one pass each.
 NOT_HERE = {"composite", "limits", "far parts", "whole parts", "alpha", "colours", "proxy"}
-NOT_HERE |= {"gather", "scatter", "pyramid"}
+NOT_HERE |= {"near zones", "gather", "scatter", "pyramid"}
 
 
 def numbers_in(value: object) -> Iterator[float]:

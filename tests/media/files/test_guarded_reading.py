@@ -26,6 +26,7 @@ OWN = {
     "tasks.read_text",
     "_FILE.read_text",
     "_MEMINFO.read_text",
+    "_PAGES.read_text",
     "_RIM_FILE.read_text",
     "program_file.read_bytes",  # the program itself, for its fingerprint
     "Path(path).read_text",  # a shader

@@ -25,6 +25,7 @@ from heatlens.media.plate.read import read_plate
 
 APP = Path(heatlens.__file__).parent
 HOME = APP / "media" / "files" / "opened_by_ending.py"
+WINDOWS = APP / "core/base/windows_calls.py"
 # What opens a picture or a movie by its content.
 OPENERS = (
     Image.open,
@@ -96,7 +97,10 @@ def test_only_one_module_opens_images_and_movies():
         if path == HOME or path.name == "__main__.py":
             continue
         name = ".".join(("heatlens", *path.relative_to(APP).with_suffix("").parts))
-        names = vars(importlib.import_module(name.removesuffix(".__init__")))
+        # a module for Windows alone is judged by what it imports, because it cannot be loaded here
+        names = (
+            {} if path == WINDOWS else vars(importlib.import_module(name.removesuffix(".__init__")))
+        )
         for call in opening_calls(path.read_text("utf-8"), names):
             calls.add((path.relative_to(APP).as_posix(), call))
     assert calls == OTHERS

@@ -129,7 +129,7 @@ def test_image_without_depth_is_reported_over_the_picture(ctx, monkeypatch):
         assert_shows(gui, values)
         del notices_drawn[:]
         gui.frame(2)
-        assert not notices_drawn
+        assert set(notices_drawn) <= {"lens from the file"}  # which the Lens panel says
         with Ipc(*address(gui)) as client:
             client.create_image("later", WIDTH, HEIGHT, list("RGB"))
         gui.until(
