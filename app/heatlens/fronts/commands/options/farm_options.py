@@ -144,9 +144,7 @@ def _compare_programs(expected: str, present: str, strict: bool) -> None:
     ]
     if not differences:
         return
-    difference = (
-        f"this machine has {' and '.join(differences)}, unlike the machine that wrote the job"
-    )
+    difference = f"this machine has {' and '.join(differences)}, with which the job was written"
     if strict:
         raise InputError(
             f"{difference[0].upper()}{difference[1:]}. Without --strict it renders nevertheless."
