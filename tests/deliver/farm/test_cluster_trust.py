@@ -12,7 +12,13 @@ from distributed.protocol.serialize import ToPickle
 
 from heatlens.core.base.errors import InputError
 from heatlens.deliver.farm import elsewhere
-from heatlens.deliver.farm.connection import identify_scheduler_safely, library, own_host
+from heatlens.deliver.farm.connection import (
+    connected,
+    identify_scheduler_safely,
+    is_loss,
+    library,
+    own_host,
+)
 from heatlens.deliver.farm.data_only import NotDataError, take_only_data
 from heatlens.fronts.commands.main import main
 from support.dask_cluster import DaskCluster, dask_cluster, wait_for
@@ -97,6 +103,17 @@ def test_connection_that_sends_pickled_code_is_closed():
             return bool(connection.closed())
 
     assert asyncio.run(talk())
+
+
+def test_client_that_lost_its_scheduler_connects_no_more(scheduler):
+    with connected(scheduler.address) as client:
+        task = client.submit(os.getcwd)
+        client.loop.add_callback(client.scheduler_comm.comm.abort)
+        with pytest.raises(Exception) as caught:
+            task.result(timeout=20)
+        assert is_loss(caught.value)
+        wait_for(client._handle_report_task.done)
+        assert client.status != "running" and client.scheduler_comm is None
 
 
 @pytest.mark.parametrize("answer_kind", sorted(ANSWERS))

@@ -6,6 +6,7 @@ import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from types import ModuleType
 from typing import Any
 from urllib.parse import urlsplit
@@ -147,10 +148,21 @@ def connected(
         client = library().Client(address, timeout=PATIENCE_S, set_as_default=False)
     except NO_ANSWER as error:
         raise no_answer_error(address) from error
+    client._reconnect = partial(_cancel_futures, client)
     try:
         yield client
     finally:
         client.close(timeout=PATIENCE_S)
+
+
+# By default Dask connects again after a loss. But its futures are lost with the scheduler, and a
+# client that is closed while it connects leaves its socket open.
+async def _cancel_futures(client: Any) -> None:
+    """Cancel all futures of a client that has lost its scheduler, and leave it disconnected."""
+    client.scheduler_comm = None
+    for state in client.futures.values():
+        state.cancel(reason="scheduler-connection-lost", msg="The scheduler has gone.")
+    client.futures.clear()
 
 
 def parse_address(text: str) -> str:
