@@ -9,7 +9,7 @@
 // Inputs (those from highlight_draw.vert.glsl are declared below)
 //   coc_tx            r coc of the visible surface of each pixel
 //   kind_tx           r kind, g coc of the first listed fragment (lib/kind.lib.glsl)
-//   far_tx, near_tx   fragments of rim pixels (fragments_far.comp.glsl): of far_tx a coverage of the near fragment, of
+//   far_tx, near_tx   surfaces of edge pixels (unmix_far.comp.glsl): of far_tx a coverage of the near surface, of
 //                     near_tx a its coc
 //   cutout_tx, cutout_coc_tx   a share of the pixel and r coc of the cutout, if has_cutout (cutout_over.comp.glsl)
 //   with LISTS: fragment lists (lib/fragment_list.lib.glsl)
@@ -203,7 +203,7 @@ float hidden_share(vec2 at, vec2 center, float coc) {
 }
 
 // Share of the highlight's light that nearer fragments in the pixel itself let through: an anti-aliased silhouette in
-// focus lets light through where its near fragment does not cover.
+// focus lets light through where its near surface does not cover.
 float visible_share_at(ivec2 at, float coc) {
 #ifdef LISTS
     List list = list_at(at);
@@ -218,7 +218,7 @@ float visible_share_at(ivec2 at, float coc) {
     float kind = texelFetch(kind_tx, at, 0).r;
     vec4 far = texelFetch(far_tx, at, 0);
     float near_coc = texelFetch(near_tx, at, 0).a;
-    if (kind != FAR_RIM || near_coc > coc - MARGIN_PX) return 1.0;
+    if (kind != FAR_EDGE || near_coc > coc - MARGIN_PX) return 1.0;
     return mix(1.0 - far.a, 1.0, smoothstep(SHARP_PX, BLURRED_PX, abs(near_coc)));
 }
 

@@ -19,7 +19,7 @@
 //   color_tx      scene-linear rgb
 //   coc_tx        r coc
 //   kind_tx       r kind of the pixel (lib/kind.lib.glsl)
-//   far_tx, near_tx   the two fragments of rim pixels (fragments_far.comp.glsl, fragments_near.comp.glsl)
+//   far_tx, near_tx   the two surfaces of edge pixels (unmix_far.comp.glsl, unmix_near.comp.glsl)
 // Outputs
 //   out_layer_img rgb times coverage, a coverage; of a hidden pixel a is below 0 and packs its coverage and its known
 //                 share (hidden_mark of lib/hidden.lib.glsl)
@@ -70,11 +70,11 @@ Content whole_of(vec3 x, float coc, float visible) {
     return Content(x, abs(coc), coverage(own / visible), solidity(own));
 }
 
-// The content of this layer in a far rim pixel (far: rgb of the far fragment, a coverage of the near one; near: rgb of
-// the near fragment, a its coc). If both fragments are in this layer, it is the plain pixel, else the colors differ.
-Content far_rim_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
-    float own = membership(coc), own_near = membership(near.a);  // of the far and the near fragment
-    // only_near: 1 if the near fragment alone is in this layer. With both in it, x shows them in their right shares.
+// The content of this layer in a far edge pixel (far: rgb of the far surface, a coverage of the near one; near: rgb of
+// the near surface, a its coc). If both surfaces are in this layer, it is the plain pixel, else the colors differ.
+Content far_edge_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
+    float own = membership(coc), own_near = membership(near.a);  // of the far and the near surface
+    // only_near: 1 if the near surface alone is in this layer. With both in it, x shows them in their right shares.
     float solid = solidity(own), solid_near = solidity(own_near), only_near = solid_near * (1.0 - solid);
     vec3 color = mix(mix(far.rgb, x, solid_near), near.rgb, only_near);
     float cover = coverage(own / visible);
@@ -83,9 +83,9 @@ Content far_rim_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
     return Content(color, diameter, cover, max(solid, solidity(far.a * own_near)));
 }
 
-// The content of this layer in a near rim pixel, without the light that shines through from another layer (clean: rgb
+// The content of this layer in a near edge pixel, without the light that shines through from another layer (clean: rgb
 // own color, a its coverage; coc_through: coc of the surface that shines through).
-Content near_rim_of(vec3 x, float coc, vec4 clean, float coc_through, float visible) {
+Content near_edge_of(vec3 x, float coc, vec4 clean, float coc_through, float visible) {
     Content content = whole_of(x, coc, visible);
     float same_layer = solidity(membership(coc_through));  // 1 if the other surface is in this layer too
     content.color = mix(clean.rgb, x, same_layer);
@@ -187,11 +187,11 @@ void add_pixel(inout Sum sum, ivec2 at) {
     float seen = visibility(coc), visible = max(seen, THIN), has_near = 0.0;
     Content content = whole_of(x, coc, visible);
     float kind = texelFetch(kind_tx, at, 0).r;
-    if (kind != WHOLE) {
+    if (kind != UNMIXED) {
         vec4 far = texelFetch(far_tx, at, 0), near = texelFetch(near_tx, at, 0);
-        if (kind == FAR_RIM) content = far_rim_of(x, coc, far, near, visible);
-        if (kind == NEAR_RIM) content = near_rim_of(x, coc, far, near.a, visible);
-        has_near = kind == FAR_RIM && far.a * membership(near.a) > THIN ? 1.0 : 0.0;
+        if (kind == FAR_EDGE) content = far_edge_of(x, coc, far, near, visible);
+        if (kind == NEAR_EDGE) content = near_edge_of(x, coc, far, near.a, visible);
+        has_near = kind == FAR_EDGE && far.a * membership(near.a) > THIN ? 1.0 : 0.0;
     }
     float cover = is_farthest ? 1.0 : clamp(content.cover, 0.0, 1.0);
     float known = max(knowledge(seen), has_near);

@@ -6,9 +6,9 @@
 //   color_tx   rgb of the picture
 //   coc_tx     signed coc of the visible surface, pixels
 //   kind_tx    the kind of each pixel (lib/kind.lib.glsl)
-//   far_tx     far rim: rgb of the visible surface, which is the farther one, and coverage of the nearer one; near rim:
+//   far_tx     far edge: rgb of the visible surface, which is the farther one, and coverage of the nearer one; near edge:
 //              rgb of the visible surface and its coverage
-//   near_tx    far rim: rgb of the nearer surface and its coc
+//   near_tx    far edge: rgb of the nearer surface and its coc
 // Output
 //   lib/pixel_surface.lib.glsl
 
@@ -30,10 +30,10 @@ void main() {
     Fragment visible = Fragment(texelFetch(color_tx, at, 0).rgb, 1.0, texelFetch(coc_tx, at, 0).r);
     Fragment mixed = Fragment(vec3(0.0), 0.0, 0.0);
     float kind = texelFetch(kind_tx, at, 0).r;
-    if (kind == FAR_RIM || kind == NEAR_RIM) {
+    if (kind == FAR_EDGE || kind == NEAR_EDGE) {
         vec4 own = texelFetch(far_tx, at, 0), near = texelFetch(near_tx, at, 0);
         visible.color = own.rgb;
-        if (kind == NEAR_RIM) visible.cover = own.a;
+        if (kind == NEAR_EDGE) visible.cover = own.a;
         else mixed = Fragment(near.rgb, own.a, near.a);
     }
     uint pixel = uint(at.y * size.x + at.x);

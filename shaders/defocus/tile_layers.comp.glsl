@@ -5,7 +5,7 @@
 // Inputs
 //   coc_tx      r coc
 //   kind_tx     r kind of the pixel (lib/kind.lib.glsl)
-//   near_tx     a coc of the second fragment of rim pixels (fragments_far.comp.glsl, fragments_near.comp.glsl)
+//   near_tx     a coc of the second surface of edge pixels (unmix_far.comp.glsl, unmix_near.comp.glsl)
 //   with LISTS: fragment lists (lib/fragment_list.lib.glsl)
 // Outputs
 //   content_buf       a word for each tile, see lib/tile_content.lib.glsl
@@ -58,8 +58,8 @@ void add_surface(inout Known known, float coc, bool is_opaque) {
 // Adds the layers of a pixel to those of its tile.
 void add_pixel(ivec2 at, inout uint content, inout float nearest) {
     float coc = texelFetch(coc_tx, at, 0).r, kind = texelFetch(kind_tx, at, 0).r;
-    // other: coc of the second surface of a rim pixel.
-    float other = kind == FAR_RIM || kind == NEAR_RIM ? texelFetch(near_tx, at, 0).a : coc;
+    // other: coc of the second surface of a edge pixel.
+    float other = kind == FAR_EDGE || kind == NEAR_EDGE ? texelFetch(near_tx, at, 0).a : coc;
     nearest = min(nearest, coc);
     bool is_whole = true;
 #ifdef LISTS
@@ -69,8 +69,8 @@ void add_pixel(ivec2 at, inout uint content, inout float nearest) {
     Known known = Known(0u, 0u, 0u), other_side = known;
     add_surface(known, coc, is_whole);
     add_surface(other_side, other, is_whole);
-    if (kind == FAR_RIM) known.content |= other_side.content;
-    if (kind == NEAR_RIM) known.closed &= other_side.closed;  // light shines through, except within the layer
+    if (kind == FAR_EDGE) known.content |= other_side.content;
+    if (kind == NEAR_EDGE) known.closed &= other_side.closed;  // light shines through, except within the layer
 #ifdef LISTS
     if (list.first < list.end) do {
         Fragment fragment = fragment_of(list.first);

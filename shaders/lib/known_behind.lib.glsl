@@ -1,5 +1,5 @@
-// The surface behind a near rim, from fragment lists. A near rim is a pixel at a silhouette whose depth was sampled on
-// the nearer of two surfaces. Include lib/rim.lib.glsl first.
+// The surface behind a near edge, from fragment lists. A near edge is a pixel at a silhouette whose depth was sampled on
+// the nearer of two surfaces. Include lib/unmix.lib.glsl first.
 
 #include "lib/fragment_list.lib.glsl"
 

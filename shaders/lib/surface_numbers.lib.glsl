@@ -3,7 +3,7 @@
 //
 // With ALL_DEPTHS the views show every surface, and without it only what is behind the focus. Pixels of silhouettes are
 // then taken apart, because their mixed colors would stay as specks where a near edge was: part_pixels.comp.glsl has
-// written the surfaces of each pixel. The nearer surface of a far rim (lib/kind.lib.glsl) has a number too, after all
+// written the surfaces of each pixel. The nearer surface of a far edge (lib/kind.lib.glsl) has a number too, after all
 // pixels.
 //
 // Inputs
@@ -22,7 +22,7 @@ uniform uint front_first;   // number of the first pixel of the picture: the num
 uint front_index(ivec2 at) { return front_first + uint(at.y * textureSize(coc_tx, 0).x + at.x); }
 
 #ifdef ALL_DEPTHS
-// Number of the nearer surface that is mixed into a far rim pixel.
+// Number of the nearer surface that is mixed into a far edge pixel.
 uint mixed_index(ivec2 at) { return front_index(at) + uint(textureSize(coc_tx, 0).x * textureSize(coc_tx, 0).y); }
 #endif
 

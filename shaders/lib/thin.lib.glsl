@@ -5,7 +5,7 @@
 //
 // Nearer pixels are those whose depth was sampled on a surface in front of the far one.
 //
-// Part of fragments_thin.comp.glsl, after lib/rim.lib.glsl and lib/tone.lib.glsl.
+// Part of unmix_thin.comp.glsl, after lib/unmix.lib.glsl and lib/tone.lib.glsl.
 
 #define THIN_REACH 3          // pixels searched on each side
 #define THIN_SIDE 7           // side of the searched square, pixels
@@ -54,7 +54,7 @@ float nearer_beside(ivec2 at, float far_coc) {
     return count;
 }
 
-// True beside a nearer surface that ends again after one or two pixels, and beside whose rim no pixel shows it alone.
+// True beside a nearer surface that ends again after one or two pixels, and beside whose edge no pixel shows it alone.
 bool is_beside_thin(ivec2 at, float coc) {
     uint ending = 0u;  // bits of neighbors at such a surface; examined last, because that takes longer
     for (int k = 0; k < 9; ++k) ending |= uint(ends_in(at, k, coc)) << k;

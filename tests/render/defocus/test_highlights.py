@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from heatlens.core.model.lens.aperture import Aperture
 from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.render.defocus.blur_pass import PACKED, BlurPass, BlurTargets
-from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.highlight_pass import (
     SPRITES_MAX,
     HighlightBuffers,
@@ -23,6 +22,7 @@ from heatlens.render.defocus.highlight_pass import (
 )
 from heatlens.render.defocus.line_solver import SweepSolver
 from heatlens.render.defocus.optics import Optics
+from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.device import Buffer, Device
 from heatlens.render.gpu.program import blocks_for
 from heatlens.render.gpu.shader_constants import HIGHLIGHT_BLOCK, TILE
@@ -85,7 +85,7 @@ class RenderedLamps:
         kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))
         for empty in (self.out, kind, far, near):  # what a driver hands out may be anything
             empty.write(bytes(size[0] * size[1] * empty.components * int(empty.dtype[1])))
-        self._ctx, self._picture = ctx, Fragments(self.color, self.coc, kind, far, near)
+        self._ctx, self._picture = ctx, UnmixedPicture(self.color, self.coc, kind, far, near)
         self.draw(least_coc_of_tiles(coc))
 
     def draw(self, nearest: FloatArray) -> None:

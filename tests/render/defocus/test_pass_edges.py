@@ -10,7 +10,7 @@ from heatlens.render.defocus.fit_kernels import RIMS, fit_rims
 from heatlens.render.defocus.kernel_error import DiscError
 from heatlens.render.defocus.kernels import gaussian_kernel, named_kernel, rim_kernel
 from heatlens.render.defocus.listed_fragments import FragmentBuffers
-from heatlens.render.defocus.pass_costs import fragments_bytes, tiles_bytes
+from heatlens.render.defocus.pass_costs import tiles_bytes, unmix_bytes
 from heatlens.render.defocus.pipeline import ColorRounds
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.quality import kernel_for
@@ -36,8 +36,8 @@ def test_kernel_for_quality_has_its_poles_and_steps(quality, disc, steps):
     assert kernel(Bokeh.DISC, method=Method.HEAT).name == named_kernel("heat").name
 
 
-def test_fragments_bytes_grow_with_runs_and_tiles_bytes_do_not():
-    one, four = fragments_bytes(None, 1), fragments_bytes(None, 4)
+def test_unmix_bytes_grow_with_runs_and_tiles_bytes_do_not():
+    one, four = unmix_bytes(None, 1), unmix_bytes(None, 4)
     assert (four.moved, four.least) == (4 * one.moved, 4 * one.least)
     assert one.moved == one.least == 6 and one.at_least  # coc and kind
     assert tiles_bytes(None, 1) == tiles_bytes(None, 4)

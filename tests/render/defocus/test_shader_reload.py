@@ -71,14 +71,14 @@ def test_reload_reports_mistake_and_keeps_last_good_program(ctx: Device, shaders
 
 
 def test_reload_follows_included_file_and_reports_missing_one(ctx: Device, shaders: Path) -> None:
-    clock, program = Clock(), ComputeProgram(ctx, "defocus/fragments_far.comp.glsl")
+    clock, program = Clock(), ComputeProgram(ctx, "defocus/unmix_far.comp.glsl")
     reload = ShaderReload(clock)
     edit_shader_file(shaders / "lib" / "tone.lib.glsl", "0.98", "0.97")
     clock.tick()
     news = reload.poll()
     assert news is not None and news.programs == 1
     (shaders / "lib" / "tone.lib.glsl").unlink()
-    edit_shader_file(shaders / "defocus/fragments_far.comp.glsl", "0.1", "0.2")
+    edit_shader_file(shaders / "defocus/unmix_far.comp.glsl", "0.1", "0.2")
     clock.tick()
     news = reload.poll()
     assert news is not None and "tone.lib.glsl" in news.message

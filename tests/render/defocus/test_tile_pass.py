@@ -10,7 +10,6 @@ from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.plate import Plate
 from heatlens.render.defocus import tile_pass
-from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.layer_passes import CompositePass
 from heatlens.render.defocus.layer_plan import layer_plans
 from heatlens.render.defocus.optics import Optics
@@ -23,6 +22,7 @@ from heatlens.render.defocus.tile_mask import (
     visibility_words,
 )
 from heatlens.render.defocus.tile_pass import LayerTiles, TilePass, VisibleBitsPass
+from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.program import groups_for
 from heatlens.render.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE
 from heatlens.render.gpu.textures import BufferParts, download, new_texture, upload
@@ -37,7 +37,7 @@ IN_WINDOW, FAR_LEFT, FAR_RIGHT = np.s_[4:8, 14:16], np.s_[:9], np.s_[20:]
 def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, float], int]]:
     """Return the mask (tiles down, across), coc range in px and reduction of each layer."""
     size = coc.shape[::-1]
-    picture = Fragments(
+    picture = UnmixedPicture(
         *(new_texture(ctx, size, channels) for channels in (4, 1)),
         *(new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4)),
     )

@@ -7,7 +7,6 @@ from typing import Any
 
 from heatlens.render.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
 from heatlens.render.defocus.cutout_pass import SharpPart
-from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.kernels import named_kernel
 from heatlens.render.defocus.listed_fragments import (
     ListedFragments,
@@ -17,6 +16,7 @@ from heatlens.render.defocus.listed_fragments import (
 )
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.pixel_list import PixelBands, Slices, clear_list, list_bytes
+from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Blend, Buffer, Device, Primitive, Texture
 from heatlens.render.gpu.draw_target import DrawTarget
@@ -334,7 +334,7 @@ class HighlightDrawPass:
     def steps(
         self,
         buffers: HighlightBuffers,
-        picture: Fragments,
+        picture: UnmixedPicture,
         nearest: Texture,
         optics: Optics,
         color: Texture,
@@ -356,7 +356,7 @@ class HighlightDrawPass:
     def _draw_band(
         self,
         buffers: HighlightBuffers,
-        picture: Fragments,
+        picture: UnmixedPicture,
         nearest: Texture,
         optics: Optics,
         color: Texture,

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.render.defocus.blur_pass import BlurTargets, Diffusion, Over
-from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.layer_passes import CocFillPass, HiddenScratch, Layer
 from heatlens.render.defocus.layer_plan import LayerPlan
 from heatlens.render.defocus.optics import Optics
@@ -15,6 +14,7 @@ from heatlens.render.defocus.quality import kernel_for
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.defocus.tile_pass import LayerTiles
+from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.device import Buffer, BufferPart, Texture
 from heatlens.render.gpu.program import blocks_for
 
@@ -28,7 +28,7 @@ class LayerBlur:
 
     def steps(
         self,
-        picture: Fragments,
+        picture: UnmixedPicture,
         plan: LayerPlan,
         tiles: LayerTiles,
         optics: Optics,
@@ -59,7 +59,7 @@ class LayerBlur:
         return layer
 
     def _prepare_layer(
-        self, picture: Fragments, plan: LayerPlan, tiles: LayerTiles, optics: Optics
+        self, picture: UnmixedPicture, plan: LayerPlan, tiles: LayerTiles, optics: Optics
     ) -> Steps[tuple[Layer, Texture]]:
         """Return a layer with its hidden pixels filled, and its diameters, in the active tiles."""
         picture_size, scratch = picture.coc.size, self._scratch
@@ -94,7 +94,7 @@ class LayerBlur:
         layer: Layer,
         hidden: Buffer,
         plan: LayerPlan,
-        picture: Fragments,
+        picture: UnmixedPicture,
         visible_bits: BufferPart,
     ) -> Iterator[None]:
         """Guess the pixels of `layer` in the list `hidden`, in short steps."""

@@ -3,13 +3,13 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.layer_cuts import LayerCut
 from heatlens.render.defocus.layer_plan import LayerPlan
 from heatlens.render.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
 from heatlens.render.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.render.defocus.pixel_list import OF_BOTH, WHOLE_LIST, Slices, clear_list
 from heatlens.render.defocus.tile_mask import TileList, TileMask, tile_count
+from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.device import Buffer, Device, StorageBuffer, Texture
 from heatlens.render.gpu.program import ComputeProgram, groups_for, pixel_groups
 from heatlens.render.gpu.program_versions import ProgramVersions
@@ -48,7 +48,7 @@ class LayerSplitPass:
         self._slices = Slices(ctx)
 
     def steps(
-        self, picture: Fragments, plan: LayerPlan, pixels: Buffer, out: Layer
+        self, picture: UnmixedPicture, plan: LayerPlan, pixels: Buffer, out: Layer
     ) -> Iterator[None]:
         """Write the layer of `plan` to `out` at the plan's size, in short steps.
 
@@ -143,7 +143,7 @@ class HiddenFillPass:
         """Fill the hidden `pixels` of `layer` in place, in short steps.
 
         Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty. `around`
-        is that of `Fragments`, for a layer that may hold highlights.
+        is that of `UnmixedPicture`, for a layer that may hold highlights.
         """
         info_textures: _Textures = {} if layer.list_info is None else {"listed_tx": layer.list_info}
         match_inputs, out_match, match_textures = _match_textures(layer, scratch)

@@ -1,7 +1,7 @@
 """Blur a picture in layers, which are composited far to near, and draw its highlights as discs.
 
 1. Split the picture into highlights and the rest.
-2. Split the mixed pixels of silhouettes (fragments).
+2. Unmix the pixels of silhouettes.
 3. Find the zones around wide surfaces before the focus, and the far field outside them.
 4. For each layer, in its visible tiles and at the size that its blur allows: blur (`LayerBlur`:
    split it off, fill hidden pixels, extend the coc, diffuse) and composite.
@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.render.defocus.blur_pass import BlurTargets
 from heatlens.render.defocus.cutout_pass import SharpPart
-from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.highlight_pass import (
     HighlightBuffers,
     ListsWithoutHighlights,
@@ -37,6 +36,7 @@ from heatlens.render.defocus.quality import kernel_for, layers_for
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import ONLY, Steps, Turn
 from heatlens.render.defocus.tile_mask import tile_count
+from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.device import Texture
 from heatlens.render.gpu.program import blocks_for
 
@@ -132,7 +132,7 @@ class LayeredBlur:
 
     def _composite_layers(
         self,
-        picture: Fragments,
+        picture: UnmixedPicture,
         optics: Optics,
         settings: DefocusSettings,
         far: PartViews | None,
@@ -220,7 +220,7 @@ class LayeredBlur:
     def _draw_highlights(
         self,
         highlights: HighlightBuffers,
-        picture: Fragments,
+        picture: UnmixedPicture,
         optics: Optics,
         out: Texture,
         sharp: SharpPart | None,
@@ -238,13 +238,13 @@ class LayeredBlur:
         optics: Optics,
         lists: ListedFragments | None,
         around: Texture | None,
-    ) -> Steps[Fragments]:
-        """Return the picture with each mixed pixel of its silhouettes split in two fragments.
+    ) -> Steps[UnmixedPicture]:
+        """Return the picture with each mixed pixel of its silhouettes split in two surfaces.
 
-        `around` is only passed on, see `Fragments`.
+        `around` is only passed on, see `UnmixedPicture`.
         """
         size, scratch = color.size, self._scratch
-        picture = Fragments(
+        picture = UnmixedPicture(
             color,
             coc,
             scratch.texture("kind", size, 1 if lists is None else 2, "f2"),
@@ -256,6 +256,6 @@ class LayeredBlur:
         rim_list, thin_list = (
             scratch.buffer(f"{name} list", list_bytes(size)) for name in ("rim", "thin")
         )
-        split_steps = self._passes.fragments.steps(picture, optics, rim_list, thin_list)
+        split_steps = self._passes.unmix.steps(picture, optics, rim_list, thin_list)
         yield from self._scratch.run_pass("fragments", split_steps)
         return picture

@@ -10,12 +10,12 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from heatlens.render.defocus.far_guess import FAR_PARTS, FRAGMENT_BYTES, GUESSED_FROM_PX
-from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.listed_fragments import ListedFragments
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.quality import GUESSED_PARTS
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.tile_mask import SegmentPass, TileMask
+from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.device import Device, StorageBuffer, Texture
 from heatlens.render.gpu.program import ComputeProgram, blocks_for, pixel_groups
 from heatlens.render.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE_PX_2, TILE
@@ -41,7 +41,7 @@ class PartSurfaces:
     lists       the surfaces behind those in the picture
     least_px    coc from which a surface is seen; None for all surfaces
     is_guessed  the lists are guessed, not known
-    fragments   the pixels of silhouettes taken apart, if all surfaces are seen
+    unmixed     the picture with its silhouettes unmixed, if all surfaces are seen
     """
 
     color: Texture
@@ -49,7 +49,7 @@ class PartSurfaces:
     lists: ListedFragments
     least_px: float | None
     is_guessed: bool = False
-    fragments: Fragments | None = None
+    unmixed: UnmixedPicture | None = None
 
     @property
     def front_first(self) -> int:

@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
-from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.listed_fragments import ListedFragments
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.overlap_zones import (
@@ -17,6 +16,7 @@ from heatlens.render.defocus.passes import DefocusPasses
 from heatlens.render.defocus.quality import kernel_for, parts_for
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
+from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.device import Texture
 
 
@@ -48,7 +48,7 @@ class PartFields:
         self._passes, self._scratch = passes, scratch
 
     def find_near_zone(
-        self, picture: Fragments, optics: Optics, settings: DefocusSettings
+        self, picture: UnmixedPicture, optics: Optics, settings: DefocusSettings
     ) -> Steps[NearZone | None]:
         """Return where views of parts of the lens replace all layers, or None if nowhere.
 
@@ -59,7 +59,7 @@ class PartFields:
         is_near = -optics.nearest_px > FRONT_FROM_PX
         if lists is None or lists.is_open or not (is_near and _can_use_parts(optics, settings)):
             return None
-        surfaces = PartSurfaces(picture.color, picture.coc, lists, None, fragments=picture)
+        surfaces = PartSurfaces(picture.color, picture.coc, lists, None, unmixed=picture)
         parts = parts_for(settings)
         zone = self._passes.part_views.find_zone(surfaces, optics, parts, self._scratch)
         yield self._scratch.end_pass(NEAR_ZONES)

@@ -168,12 +168,12 @@ class PartViewsPass:
 
     def _take_pixels_apart(self, surfaces: PartSurfaces, memory: ViewMemory) -> Iterator[None]:
         """Write the surfaces of each pixel for views of all depths; do nothing for other views."""
-        if surfaces.fragments is None or memory.front is None:
+        if surfaces.unmixed is None or memory.front is None:
             return
         yield from self._bands.run(
             self._program("pixels"),
             surfaces.coc.size,
-            textures=surfaces.fragments.textures(),
+            textures=surfaces.unmixed.textures(),
             buffers={"pixel_surface_block": memory.front.pixels},
         )
 

@@ -7,7 +7,7 @@ least   inputs read once, outputs written once, at their storage sizes
 
 A function counts the bytes of a pass for the work of a frame and the number of runs in that frame.
 
-All numbers are bytes per pixel. Work on listed pixels only (rims, hidden pixels, lamps) depends on
+All numbers are bytes per pixel. Work on listed pixels only (edges, hidden pixels, lamps) depends on
 the plate and is left out: such a pass is marked `at_least`. Work on layers is counted as if each
 layer covered the whole picture at full size: a pass that tile masks and smaller layers make cheaper
 is marked `at_most`. Drawing a scene is not included, because it depends on the triangles.
@@ -145,8 +145,8 @@ def highlights_listed_bytes(work: Work, runs: int) -> Traffic:
     return Traffic(runs * moved, runs * _LIT, at_least=True)
 
 
-def fragments_bytes(work: Work, runs: int) -> Traffic:
-    """Count the bytes of the coc read and the kind of each pixel written; rims are extra."""
+def unmix_bytes(work: Work, runs: int) -> Traffic:
+    """Count the bytes of the coc read and the kind of each pixel written; edges are extra."""
     return Traffic(runs * (_COC + _KIND), runs * (_COC + _KIND), at_least=True)
 
 
@@ -156,7 +156,7 @@ def tiles_bytes(work: Work, runs: int) -> Traffic:
 
 
 def layer_split_bytes(work: Work, runs: int) -> Traffic:
-    """Count the bytes of the picture read and the layer written; fragments of rims are extra."""
+    """Count the bytes of the picture read and the layer written; edge pixels are extra."""
     picture = _COLOR + _COC + _KIND
     moved = runs * (picture + _COLOR + _STATE)
     return Traffic(moved, moved, at_least=True)

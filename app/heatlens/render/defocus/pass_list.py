@@ -121,9 +121,9 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "fragments",  # the picture is split at its silhouettes
-        _comp("fragments_find", "fragments_own", "fragments_far", "fragments_near", variants=_LISTS)
-        | _comp("fragments_thin"),
-        pass_costs.fragments_bytes,
+        _comp("unmix_find", "unmix_own", "unmix_far", "unmix_near", variants=_LISTS)
+        | _comp("unmix_thin"),
+        pass_costs.unmix_bytes,
         _own_memory("kind", "far", "near", "tile content", "tile nearest", "out", "alpha out"),
         private_memory={"rim list": "pixel list", "thin list": "hidden blocks"},
     ),

@@ -3,7 +3,6 @@
 from heatlens.render.defocus.blur_pass import PACKED, BlurPass, pole_layers
 from heatlens.render.defocus.cutout_pass import CutoutPass
 from heatlens.render.defocus.far_guess import FarGuess
-from heatlens.render.defocus.fragment_pass import FragmentPass
 from heatlens.render.defocus.highlight_pass import (
     HighlightDrawPass,
     HighlightListPass,
@@ -31,6 +30,7 @@ from heatlens.render.defocus.plate_passes import (
 from heatlens.render.defocus.reduced_plate import ProxyListsPass
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.tile_pass import TilePass
+from heatlens.render.defocus.unmix_pass import UnmixPass
 from heatlens.render.gpu.device import Device, TextureArray
 
 
@@ -45,7 +45,7 @@ class DefocusPasses:
         self.coc = CocPass(ctx)
         self.alpha = AlphaPass(ctx)
         self.colors = ColorPass(ctx)
-        self.fragments = FragmentPass(ctx)
+        self.unmix = UnmixPass(ctx)
         self.solver = solver
         self.tiles = TilePass(ctx)
         self.split = LayerSplitPass(ctx)

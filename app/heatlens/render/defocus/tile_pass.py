@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
 from heatlens.core.model.shot.settings import LAYERS_MAX
-from heatlens.render.defocus.fragment_pass import Fragments
 from heatlens.render.defocus.layer_cuts import NEARER_THAN_ALL, LayerCut
 from heatlens.render.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tiles
 from heatlens.render.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
@@ -20,6 +19,7 @@ from heatlens.render.defocus.tile_mask import (
     visibility_bytes,
     visibility_words,
 )
+from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Buffer, BufferPart, Device, Texture
 from heatlens.render.gpu.program import ComputeProgram, groups_for
@@ -66,7 +66,7 @@ class TilePass:
         self._slices = Slices(ctx)
 
     def find_content(
-        self, picture: Fragments, plans: list[LayerPlan], scratch: Scratch
+        self, picture: UnmixedPicture, plans: list[LayerPlan], scratch: Scratch
     ) -> TileContent:
         """Find the layers that have content in each tile of the picture."""
         size = picture.coc.size

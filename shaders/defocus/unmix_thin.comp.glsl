@@ -1,22 +1,22 @@
-// Splits the rims of hair in front of something bright. There, no pixel certainly shows one surface alone, and
+// Splits the edges of hair in front of something bright. There, no pixel certainly shows one surface alone, and
 // lib/thin.lib.glsl finds both colors and the coverage. The result replaces that of the other passes in proportion to
 // its confidence.
 //
-// Words (lib/kind.lib.glsl): at a silhouette, a far rim pixel is one whose depth sample hit the far surface while the
-// color of the nearer surface is mixed in; a near rim pixel is one whose sample hit the near surface while the color of
-// the farther one shines through. A fragment is one of the two surfaces in such a pixel, with its own color, coverage
-// (share of the pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
+// Words (lib/kind.lib.glsl): at a silhouette, a far edge pixel is one whose depth sample hit the far surface while the
+// color of the nearer surface is mixed in; a near edge pixel is one whose sample hit the near surface while the color
+// of the farther one shines through. Each of the two surfaces in such a pixel has its own color, coverage (share of the
+// pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
 //
 // Inputs
-//   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel, as fragments_find.comp.glsl leaves them
-//   pixel list    the rims that may be those of hair (fragments_own.comp.glsl, fragments_far.comp.glsl)
-// In and out; far rim pixels are read and written, near rim pixels only written
-//   far_img, near_img    as fragments_far.comp.glsl and fragments_near.comp.glsl write them:
-//     far rim    far_img rgb the far surface, a coverage of the near one; near_img rgb the near surface, a its coc
-//     near rim   far_img rgb the near surface, a its coverage; near_img rgb 0, a coc of the surface behind
+//   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel, as unmix_find.comp.glsl leaves them
+//   pixel list    the edge pixels that may be those of hair (unmix_own.comp.glsl, unmix_far.comp.glsl)
+// In and out; far edge pixels are read and written, near edge pixels only written
+//   far_img, near_img    as unmix_far.comp.glsl and unmix_near.comp.glsl write them:
+//     far edge    far_img rgb the far surface, a coverage of the near one; near_img rgb the near surface, a its coc
+//     near edge   far_img rgb the near surface, a its coverage; near_img rgb 0, a coc of the surface behind
 
 #include "lib/pixel_list.lib.glsl"
-#include "lib/rim.lib.glsl"
+#include "lib/unmix.lib.glsl"
 #include "lib/tone.lib.glsl"
 #include "lib/thin.lib.glsl"
 
@@ -28,12 +28,12 @@ layout(rgba16f) uniform image2D near_img;
 #define LEAST_SEEN 0.7           // visible share of a far surface behind hair from which it keeps its detail
 #define LEAST_THIN_COVERAGE 0.1  // least coverage of hair in a pixel whose depth was sampled on it
 
-// Splits a listed rim pixel, far or near.
+// Splits a listed edge pixel, far or near.
 void split_thin(ivec2 at) {
     set_center(at);
     vec3 x = color_at(at);
     float coc = coc_at(at), behind = coc;  // behind: coc of the surface behind the hair
-    bool is_far = kind_at(at) == FAR_RIM;
+    bool is_far = kind_at(at) == FAR_EDGE;
     for (int k = 0; k < 9 && !is_far; ++k) behind = max(behind, coc_at(neighbor(at, k)));
     Mixture mixed = thin_mixture(at, behind, !is_far || is_beside_thin(at, coc));
     vec4 far, near;
@@ -44,7 +44,7 @@ void split_thin(ivec2 at) {
         near = imageLoad(near_img, at);
         near.rgb = mix(near.rgb, min(mixed.near, HALF_MAX), mixed.sure);
     } else {
-        // Unlike a far rim, the pixel stores no color of the surface behind, which its own layer guesses; near_img has
+        // Unlike a far edge, the pixel stores no color of the surface behind, which its own layer guesses; near_img has
         // only the coc of that surface. A surface in focus keeps its mixed color: unmix_share is 0 there, so that the
         // coverage is 1.
         float transmitted = 1.0 - max(mixed.coverage, LEAST_THIN_COVERAGE);

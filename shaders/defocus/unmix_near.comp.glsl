@@ -1,23 +1,23 @@
-// Removes from each near rim pixel the light that shines through it from behind.
+// Removes from each near edge pixel the light that shines through it from behind.
 //
-// Words (lib/kind.lib.glsl): at a silhouette, a far rim pixel is one whose depth sample hit the far surface while the
-// color of the nearer surface is mixed in; a near rim pixel is one whose sample hit the near surface while the color of
-// the farther one shines through. A fragment is one of the two surfaces in such a pixel, with its own color, coverage
-// (share of the pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
+// Words (lib/kind.lib.glsl): at a silhouette, a far edge pixel is one whose depth sample hit the far surface while the
+// color of the nearer surface is mixed in; a near edge pixel is one whose sample hit the near surface while the color
+// of the farther one shines through. Each of the two surfaces in such a pixel has its own color, coverage (share of the
+// pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
-//   two lists     those of fragments_find.comp.glsl: first the far rims, second the near rims
+//   two lists     those of unmix_find.comp.glsl: first the far edges, second the near edges
 //   with LISTS: fragment lists, which may know what shines through
-// In and out; far rim pixels are only read, near rim pixels read and written
-//   far_img       far rim, before: rgb of the far fragment (fragments_far.comp.glsl)
-//                 near rim, before: rgb own color, a OWN_FOUND if there is one (fragments_own.comp.glsl)
-//                 near rim, after: rgb own color, without the light from behind, a its coverage
-//   near_img      near rim, before: rgb rounding error of the own color, to be added to it
-//                 near rim, after: rgb 0, a coc of the surface that shines through
+// In and out; far edge pixels are only read, near edge pixels read and written
+//   far_img       far edge, before: rgb of the far surface (unmix_far.comp.glsl)
+//                 near edge, before: rgb own color, a OWN_FOUND if there is one (unmix_own.comp.glsl)
+//                 near edge, after: rgb own color, without the light from behind, a its coverage
+//   near_img      near edge, before: rgb rounding error of the own color, to be added to it
+//                 near edge, after: rgb 0, a coc of the surface that shines through
 
 #include "lib/two_lists.lib.glsl"
-#include "lib/rim.lib.glsl"
+#include "lib/unmix.lib.glsl"
 #include "lib/tone.lib.glsl"
 #ifdef LISTS
 #include "lib/known_behind.lib.glsl"
@@ -32,7 +32,7 @@ layout(rgba16f) uniform image2D near_img;
 
 // Color of a farther neighbor, from which the near surface has been removed.
 vec3 far_color(ivec2 at) {
-    return kind_at(at) == FAR_RIM ? imageLoad(far_img, at).rgb : color_at(at);
+    return kind_at(at) == FAR_EDGE ? imageLoad(far_img, at).rgb : color_at(at);
 }
 
 // Writes a pixel with its mixed color x as it is, fully covered by its own surface.
@@ -41,7 +41,7 @@ void store_unsplit(ivec2 at, vec3 x, float coc) {
     imageStore(near_img, at, vec4(vec3(0.0), coc));
 }
 
-// Splits a listed near rim pixel: its own color without the light from behind, and its coverage.
+// Splits a listed near edge pixel: its own color without the light from behind, and its coverage.
 void split_near(uint word) {
     ivec2 at = pixel_of_word(word);
     set_center(at);
@@ -50,7 +50,7 @@ void split_near(uint word) {
     // x is the mixed color of the pixel; the rounding error in near_img restores the own color in full.
     vec3 x = color_at(at), near = unmixed.rgb + imageLoad(near_img, at).rgb;
     if (unmixed.a != OWN_FOUND) {
-        if (abs(coc) <= SPLIT_FROM_PX) store_unsplit(at, x, coc);  // fragments_thin.comp.glsl splits others
+        if (abs(coc) <= SPLIT_FROM_PX) store_unsplit(at, x, coc);  // unmix_thin.comp.glsl splits others
         return;
     }
     vec4 far = vec4(0.0);  // mean of the farther neighbors: rgb, a = coc

@@ -1,17 +1,17 @@
 // Finds the pixels on both sides of each silhouette. Anti-aliasing has mixed the colors of two surfaces there, but
 // depth is a single sample.
 //
-// Words (lib/kind.lib.glsl): at a silhouette, a far rim pixel is one whose depth sample hit the far surface while the
-// color of the nearer surface is mixed in; a near rim pixel is one whose sample hit the near surface while the color of
-// the farther one shines through. A fragment is one of the two surfaces in such a pixel, with its own color, coverage
-// (share of the pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
+// Words (lib/kind.lib.glsl): at a silhouette, a far edge pixel is one whose depth sample hit the far surface while the
+// color of the nearer surface is mixed in; a near edge pixel is one whose sample hit the near surface while the color
+// of the farther one shines through. Each of the two surfaces in such a pixel has its own color, coverage (share of the
+// pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
 //
 // Inputs
 //   coc_tx        r coc
 //   with LISTS: fragment lists (lib/fragment_list.lib.glsl)
 // Outputs
 //   out_kind_img  r the kind of the pixel, see lib/kind.lib.glsl; with LISTS g a coc just in front of its list
-//   two lists     the first list receives the far rims, the second one the near rims (lib/two_lists.lib.glsl)
+//   two lists     the first list receives the far edges, the second one the near edges (lib/two_lists.lib.glsl)
 
 #include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
@@ -69,7 +69,7 @@ void main() {
         farther |= uint(is_in_front(coc, other)) << k;
     }
     uint listed = listed_of(at, nearer | farther);  // a silhouette between listed surfaces needs no unmixing
-    float kind = (nearer & ~listed) != 0u ? FAR_RIM : (farther & ~listed) != 0u ? NEAR_RIM : WHOLE;
-    if (kind != WHOLE) append_word(kind == FAR_RIM, uint(at.y) << 16 | uint(at.x), 1);
+    float kind = (nearer & ~listed) != 0u ? FAR_EDGE : (farther & ~listed) != 0u ? NEAR_EDGE : UNMIXED;
+    if (kind != UNMIXED) append_word(kind == FAR_EDGE, uint(at.y) << 16 | uint(at.x), 1);
     store(at, kind);
 }

@@ -1,23 +1,23 @@
-// Splits each far rim pixel into two fragments. The far color comes from pixels of the far surface alone, the near
-// color from nearer neighbors. The coverage of the near fragment follows from where the pixel's color lies between
+// Splits each far edge pixel into its two surfaces. The far color comes from pixels of the far surface alone, the near
+// color from nearer neighbors. The coverage of the near surface follows from where the pixel's color lies between
 // both.
 //
-// Words (lib/kind.lib.glsl): at a silhouette, a far rim pixel is one whose depth sample hit the far surface while the
-// color of the nearer surface is mixed in; a near rim pixel is one whose sample hit the near surface while the color of
-// the farther one shines through. A fragment is one of the two surfaces in such a pixel, with its own color, coverage
-// (share of the pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
+// Words (lib/kind.lib.glsl): at a silhouette, a far edge pixel is one whose depth sample hit the far surface while the
+// color of the nearer surface is mixed in; a near edge pixel is one whose sample hit the near surface while the color
+// of the farther one shines through. Each of the two surfaces in such a pixel has its own color, coverage (share of the
+// pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
-//   two lists     those of fragments_find.comp.glsl: first the far rims, second the near rims
+//   two lists     those of unmix_find.comp.glsl: first the far edges, second the near edges
 //   with LISTS: fragment lists, which know the far surface also behind its nearer neighbors
-// In and out; near rim pixels are only read, far rim pixels only written
-//   far_img       near rim, before: rgb own color, a OWN_FOUND if there is one (fragments_own.comp.glsl)
-//                 far rim, after: rgb of the far fragment, a coverage of the near fragment
-//   near_img      near rim, before: rgb rounding error of the own color, to be added to it
-//                 far rim, after: rgb of the near fragment, a its coc
+// In and out; near edge pixels are only read, far edge pixels only written
+//   far_img       near edge, before: rgb own color, a OWN_FOUND if there is one (unmix_own.comp.glsl)
+//                 far edge, after: rgb of the far surface, a coverage of the near surface
+//   near_img      near edge, before: rgb rounding error of the own color, to be added to it
+//                 far edge, after: rgb of the near surface, a its coc
 // Output
-//   pixel list    the far rims that may be those of hair (fragments_thin.comp.glsl)
+//   pixel list    the far edges that may be those of hair (unmix_thin.comp.glsl)
 
 #include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
@@ -25,21 +25,21 @@
 #endif
 #include "lib/two_lists.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
-#include "lib/rim.lib.glsl"
+#include "lib/unmix.lib.glsl"
 #include "lib/tone.lib.glsl"
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
 layout(rgba16f) uniform image2D far_img;
 layout(rgba16f) uniform image2D near_img;
-#define FAR_RIM_WEIGHT 0.1  // weight of a near neighbor that is itself a far rim
+#define FAR_EDGE_WEIGHT 0.1  // weight of a near neighbor that is itself a far edge
 #define MOST_COVERAGE 0.5   // largest coverage: depth is sampled at the pixel's center and missed the near surface
 #define KNOWN_FROM_PX 1.5   // least coc for the use of lists; with less blur, visible neighbors suffice
 #define LEAST_SHARE 0.02    // least coverage to divide by (THIN in lib/layer.lib.glsl)
 #define LEAST_VISIBLE 0.2   // least visible share of the far surface to divide by
 #define DETAIL_FROM 0.3     // visible share of the far surface from which it keeps some of its detail
 #define DETAIL_FULL 0.7     // visible share from which it keeps all of it
-#define FAR_SIDE 5          // side of the searched square in pixels: across a wire's far rim to an unmixed pixel
+#define FAR_SIDE 5          // side of the searched square in pixels: across a wire's far edge to an unmixed pixel
 
 #ifdef LISTS
 // Compressed color (lib/tone.lib.glsl) of the far surface with the coc `coc` where a nearer pixel hides it; a its
@@ -87,7 +87,7 @@ FarSide far_side(ivec2 at, float coc) {
     do {
         ivec2 p = inside(at + offset_of(i));
         float other = coc_at(p);
-        if (kind_at(p) == FAR_RIM || is_in_front(coc, other)) continue;
+        if (kind_at(p) == FAR_EDGE || is_in_front(coc, other)) continue;
         if (is_in_front(other, coc)) nearer |= 1u << i;
         else add_sample(sum, squares, vec4(compress_light(color_at(p)), 1.0), offset_of(i));
     } while (++i < FAR_SIDE * FAR_SIDE);
@@ -113,7 +113,7 @@ float nearest_around(ivec2 at, float coc) {
     return nearest;
 }
 
-// Mean color of the neighbors on the nearest surface; a its mean coc. Far rims among them count less, because their
+// Mean color of the neighbors on the nearest surface; a its mean coc. Far edges among them count less, because their
 // color is mixed.
 vec4 near_side(ivec2 at, float coc) {
     float nearest = nearest_around(at, coc);
@@ -125,16 +125,16 @@ vec4 near_side(ivec2 at, float coc) {
         float other = coc_at(p), kind = kind_at(p);
         if (!is_in_front(other, coc) || !is_same_surface(other, nearest)) continue;
         vec4 own = imageLoad(far_img, p);
-        bool is_own = kind == NEAR_RIM && own.a == OWN_FOUND;
+        bool is_own = kind == NEAR_EDGE && own.a == OWN_FOUND;
         vec3 color = is_own ? own.rgb + imageLoad(near_img, p).rgb : color_at(p);
-        float weight = kind == FAR_RIM ? FAR_RIM_WEIGHT : 1.0;
+        float weight = kind == FAR_EDGE ? FAR_EDGE_WEIGHT : 1.0;
         sum += weight * vec4(color, other);
         weights += weight;
     } while (++k < 9);
     return sum / weights;
 }
 
-// Expected coverage of a far rim pixel from depth alone: half the share of nearer neighbors under a box filter. Beside
+// Expected coverage of a far edge pixel from depth alone: half the share of nearer neighbors under a box filter. Beside
 // a straight edge this is 1/8, which is the mean true coverage there.
 float outline_coverage(ivec2 at, float coc) {
     float nearer = 0.0;
@@ -143,7 +143,7 @@ float outline_coverage(ivec2 at, float coc) {
     return nearer;
 }
 
-// Splits a listed far rim pixel into its two fragments.
+// Splits a listed far edge pixel into its two surfaces.
 void split_far(uint word) {
     ivec2 at = pixel_of_word(word);
     set_center(at);

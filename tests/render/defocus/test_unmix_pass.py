@@ -1,21 +1,21 @@
-"""Silhouette pixels are split into a near and a far fragment."""
+"""The mixed pixels of silhouettes are split into a near and a far surface."""
 
 import numpy as np
 import pytest
 
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.coc import CocLine
-from heatlens.render.defocus.fragment_pass import FragmentPass, Fragments
 from heatlens.render.defocus.listed_fragments import FragmentBuffers, ListedFragments
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.pixel_list import list_bytes
+from heatlens.render.defocus.unmix_pass import UnmixedPicture, UnmixPass
 from heatlens.render.gpu.device import Buffer, Device, Texture
 from heatlens.render.gpu.textures import FloatArray, new_texture, upload
 from support.fragment_lists import packed_lists
 
 AT_INFINITY_PX = 30.0
 PER_DIOPTRE_PX = -20.0
-WHOLE, FAR_RIM, NEAR_RIM = 0.0, 1.0, 2.0
+UNMIXED, FAR_EDGE, NEAR_EDGE = 0.0, 1.0, 2.0
 
 
 def split_fragments(
@@ -30,10 +30,10 @@ def split_fragments(
     upload(coc_tx, coc)
     channels = (1 if lists is None else 2, 4, 4)
     kind, far, near = (new_texture(ctx, size, count, "f2") for count in channels)
-    picture = Fragments(color_tx, coc_tx, kind, far, near, lists)
+    picture = UnmixedPicture(color_tx, coc_tx, kind, far, near, lists)
     pixels, thin = (ctx.buffer(reserve=list_bytes(size)) for _ in range(2))
     optics = Optics(CocLine(AT_INFINITY_PX, PER_DIOPTRE_PX), np.array([0.0]))
-    list(FragmentPass(ctx).steps(picture, optics, pixels, thin))
+    list(UnmixPass(ctx).steps(picture, optics, pixels, thin))
 
     def read(texture: Texture) -> FloatArray:
         return np.frombuffer(texture.read(), np.float16).astype(np.float32).reshape(*coc.shape, -1)
@@ -44,10 +44,10 @@ def split_fragments(
 
 
 def check_rim_lists(pixels: Buffer, kind: FloatArray) -> None:
-    """Check that the list has each far rim once from its start and each near rim from its end."""
+    """Check that the list has each far edge once from its start and each near edge from its end."""
     words = np.frombuffer(pixels.read(), np.uint32)
     in_front, in_back = words[12 : 12 + words[3]], words[words.size - words[7] :]
-    for listed, of_kind in ((in_front, FAR_RIM), (in_back, NEAR_RIM)):
+    for listed, of_kind in ((in_front, FAR_EDGE), (in_back, NEAR_EDGE)):
         expected = np.argwhere(kind == of_kind)
         assert sorted(listed.tolist()) == sorted((expected[:, 0] << 16 | expected[:, 1]).tolist())
 
@@ -71,7 +71,7 @@ def test_fragment_split_recovers_coverage_and_both_colors(ctx: Device) -> None:
         color, coc = card_edge(coverage)
         parts = split_fragments(ctx, color, coc)
         middle = (4, 5)
-        assert parts["kind"][middle] == FAR_RIM
+        assert parts["kind"][middle] == FAR_EDGE
         np.testing.assert_allclose(parts["far"][middle][3], coverage, atol=0.03)
         np.testing.assert_allclose(parts["far"][middle][:3], color[4, 8], atol=0.02)
         np.testing.assert_allclose(parts["near"][middle], (*color[0, 0], -20.0), atol=0.02)
@@ -81,7 +81,7 @@ def test_fragment_split_of_near_rim_recovers_its_coverage(ctx: Device) -> None:
     color, coc = card_edge(0.0)
     color[:, 4] = 0.7 * color[0, 0] + 0.3 * color[0, 8]
     parts = split_fragments(ctx, color, coc)
-    assert parts["kind"][4, 4] == NEAR_RIM
+    assert parts["kind"][4, 4] == NEAR_EDGE
     np.testing.assert_allclose(parts["far"][4, 4], (*color[0, 0], 0.7), atol=0.03)
     assert parts["near"][4, 4, 3] == 20.0
 
@@ -101,14 +101,14 @@ def lists_of_known_surface(
 
 @pytest.mark.parametrize(("far_coc", "is_used"), [(20.0, True), (1.0, False)])
 def test_known_far_side_gives_far_color_of_rim(ctx: Device, far_coc: float, is_used: bool) -> None:
-    """The pixels beside the rim are blue; the known surface at and behind the rim is green.
+    """The pixels beside the edge are blue; the known surface at and behind the edge is green.
 
     At a far coc of 1 px the known surface is not used.
     """
     color, coc = card_edge(0.3)
     coc[:, 5:] = far_coc
     blue = np.array((0.1, 0.1, 0.9), np.float32)
-    color[:, 6:] = blue  # seen one pixel further; green are the rim itself and all behind the card
+    color[:, 6:] = blue  # seen one pixel further; green are the edge itself and all behind the card
     green = np.broadcast_to(np.array((0.1, 0.7, 0.2), np.float32), color.shape)
     hidden = np.broadcast_to(np.arange(color.shape[1]) < 5, coc.shape)
     guessed_far = split_fragments(ctx, color, coc)["far"][4, 5]
@@ -124,41 +124,41 @@ def test_known_far_side_gives_far_color_of_rim(ctx: Device, far_coc: float, is_u
 def test_wire_before_known_wall_keeps_its_color_and_coverage(
     ctx: Device, rng: np.random.Generator
 ) -> None:
-    """All pixels of a thin wire are rims; the wall and the outline give its color and coverage."""
+    """All pixels of a wire are edge pixels; the wall and the outline give color and coverage."""
     wall, wire = rng.random((12, 16, 3), np.float32), np.array((0.5, 0.6, 0.7), np.float32)
     color, coc = wall.copy(), np.full((12, 16), 20.0, np.float32)
     color[:, 8], coc[:, 8] = 0.75 * wire + 0.25 * wall[:, 8], -20.0
     lists = lists_of_known_surface(ctx, coc < 0, wall, 20.0)
     parts, guessed_parts = split_fragments(ctx, color, coc, lists), split_fragments(ctx, color, coc)
-    assert np.all(parts["kind"][:, 8] == NEAR_RIM) and np.all(guessed_parts["far"][:, 8, 3] == 1.0)
+    assert np.all(parts["kind"][:, 8] == NEAR_EDGE) and np.all(guessed_parts["far"][:, 8, 3] == 1.0)
     np.testing.assert_allclose(parts["far"][:, 8] - (*wire, 0.75), 0.0, atol=0.002)
     np.testing.assert_allclose(parts["near"][:, 8, 3], 20.0, atol=0.01)
     np.testing.assert_allclose(parts["near"][1:-1, 9, :3] - wire, 0.0, atol=0.002)
 
 
 def test_fragments_of_rim_in_focus_composite_to_its_pixel(ctx: Device) -> None:
-    """The near colors vary along the rim, and colors of neighbors would show as bristles."""
+    """The near colors vary along the edge, and colors of neighbors would show as bristles."""
     color, coc = card_edge(0.0)
     coc[:, :5] = -1.0
     color[::2, 5] = 0.45 * np.array((1.3, 0.3, 0.1)) + 0.55 * color[0, 8]
     color[1::2, 5] = 0.45 * np.array((0.5, 0.1, 0.0)) + 0.55 * color[0, 8]
     parts = split_fragments(ctx, color, coc)
     far, near, cover = parts["far"][:, 5, :3], parts["near"][:, 5, :3], parts["far"][:, 5, 3:]
-    assert np.all(parts["kind"][:, 5] == FAR_RIM) and cover.min() > 0.3
+    assert np.all(parts["kind"][:, 5] == FAR_EDGE) and cover.min() > 0.3
     np.testing.assert_allclose(cover * near + (1 - cover) * far, color[:, 5], atol=0.002)
 
 
 def test_slanted_surface_has_no_silhouette_pixels(ctx: Device) -> None:
     coc = np.tile(np.linspace(-20, 20, 64, dtype=np.float32), (9, 1))
     color = np.full((9, 64, 3), 0.5, np.float32)
-    assert np.all(split_fragments(ctx, color, coc)["kind"] == WHOLE)
+    assert np.all(split_fragments(ctx, color, coc)["kind"] == UNMIXED)
 
 
 def test_silhouette_is_one_pixel_wide_on_each_side(ctx: Device) -> None:
     kind = split_fragments(ctx, *card_edge(0.5))["kind"]
-    assert np.all(kind[:, 5] == FAR_RIM)
-    assert np.all(kind[:, 4] == NEAR_RIM)
-    assert np.all(np.delete(kind, (4, 5), axis=1) == WHOLE)
+    assert np.all(kind[:, 5] == FAR_EDGE)
+    assert np.all(kind[:, 4] == NEAR_EDGE)
+    assert np.all(np.delete(kind, (4, 5), axis=1) == UNMIXED)
 
 
 def test_coverage_before_detailed_far_side_follows_outline(
@@ -170,11 +170,11 @@ def test_coverage_before_detailed_far_side_follows_outline(
     far = rng.random((*shape, 3))
     color = (cover[..., None] * near + (1 - cover[..., None]) * far).astype(np.float32)
     parts = split_fragments(ctx, color, np.where(cover > 0.5, -20.0, 20.0).astype(np.float32))
-    rim = parts["kind"] == FAR_RIM
-    error = parts["far"][..., 3][rim] - cover[rim]
-    assert rim.sum() > 60
+    is_edge = parts["kind"] == FAR_EDGE
+    error = parts["far"][..., 3][is_edge] - cover[is_edge]
+    assert is_edge.sum() > 60
     assert np.sqrt(np.mean(error**2)) < 0.3  # 0.6 where the guess alone decides
-    assert parts["far"][..., 3][rim].max() <= 0.5  # the pixel's middle shows the far side
+    assert parts["far"][..., 3][is_edge].max() <= 0.5  # the pixel's middle shows the far side
 
 
 DARK, WINDOW = (0.03, 0.02, 0.02), (0.8, 1.0, 1.1)
@@ -222,10 +222,10 @@ def test_hair_nearly_as_dark_as_far_side_keeps_its_pixels(ctx: Device) -> None:
 
 
 def test_only_rims_of_thin_surfaces_are_listed_as_thin(ctx: Device) -> None:
-    """The hair has three columns of thin rims; the edge of a wide card has none."""
+    """The hair has three columns of thin edges; the edge of a wide card has none."""
     color, coc, _ = hair_plate(np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3)))
     parts = split_fragments(ctx, color, coc)
-    assert parts["thin"] == 3 * 18 == (parts["kind"] != WHOLE).sum()
+    assert parts["thin"] == 3 * 18 == (parts["kind"] != UNMIXED).sum()
     assert split_fragments(ctx, *card_edge(0.3))["thin"] == 0
 
 

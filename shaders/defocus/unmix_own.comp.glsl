@@ -1,23 +1,23 @@
-// Finds the color of each near rim pixel without the background: from its surface beside the pixel, or, with LISTS,
-// from the known surface behind it. fragments_near.comp.glsl uses this color to split the pixel.
+// Finds the color of each near edge pixel without the background: from its surface beside the pixel, or, with LISTS,
+// from the known surface behind it. unmix_near.comp.glsl uses this color to split the pixel.
 //
-// Words (lib/kind.lib.glsl): at a silhouette, a far rim pixel is one whose depth sample hit the far surface while the
-// color of the nearer surface is mixed in; a near rim pixel is one whose sample hit the near surface while the color of
-// the farther one shines through. A fragment is one of the two surfaces in such a pixel, with its own color, coverage
-// (share of the pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
+// Words (lib/kind.lib.glsl): at a silhouette, a far edge pixel is one whose depth sample hit the far surface while the
+// color of the nearer surface is mixed in; a near edge pixel is one whose sample hit the near surface while the color
+// of the farther one shines through. Each of the two surfaces in such a pixel has its own color, coverage (share of the
+// pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
-//   two lists     those of fragments_find.comp.glsl: first the far rims, second the near rims
+//   two lists     those of unmix_find.comp.glsl: first the far edges, second the near edges
 //   with LISTS: fragment lists, which may know what lies behind
-// Outputs (near rim only; they hold until fragments_near.comp.glsl replaces them)
+// Outputs (near edge only; they hold until unmix_near.comp.glsl replaces them)
 //   out_far_img   rgb own color, a OWN_FOUND; a 0 if no color was found
 //   out_near_img  rgb own color less the own color as out_far_img stores it in half floats (the rounding error)
-//   pixel list    the rims without a color, which may be those of hair (fragments_thin.comp.glsl)
+//   pixel list    the edge pixels without a color, which may be those of hair (unmix_thin.comp.glsl)
 
 #include "lib/two_lists.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
-#include "lib/rim.lib.glsl"
+#include "lib/unmix.lib.glsl"
 #ifdef LISTS
 #include "lib/known_behind.lib.glsl"
 #endif
@@ -39,7 +39,7 @@ bool unmix_known_behind(ivec2 at, out vec3 color) {
 }
 #endif
 
-// Finds and writes the own color of a listed near rim pixel.
+// Finds and writes the own color of a listed near edge pixel.
 void find_own(uint word) {
     ivec2 at = pixel_of_word(word);
     set_center(at);

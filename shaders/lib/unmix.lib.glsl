@@ -1,10 +1,10 @@
-// Functions and constants of the passes fragments_*.comp.glsl, which separate the mixed colors of pixels at
-// silhouettes (rims).
+// Functions and constants of the passes unmix_*.comp.glsl, which separate the mixed colors of pixels at
+// silhouettes.
 //
-//   near rim    pixel whose depth was sampled on the nearer surface; light of the farther one is mixed in
-//   far rim     pixel whose depth was sampled on the farther surface; light of the nearer one is mixed in
-//   unmixed     pixel that is not on a rim, and shows its surface alone
-//   own color   color of a near rim pixel without the light of the farther surface
+//   near edge    pixel whose depth was sampled on the nearer surface; light of the farther one is mixed in
+//   far edge     pixel whose depth was sampled on the farther surface; light of the nearer one is mixed in
+//   unmixed     pixel that is not on an edge, and shows its surface alone
+//   own color   color of a near edge pixel without the light of the farther surface
 //
 // Inputs
 //   color_tx    rgb of the picture
@@ -12,11 +12,11 @@
 
 #include "lib/silhouette.lib.glsl"
 
-#define HALF_MAX 65504.0  // fragments are stored in half
-#define OWN_FOUND 2.0     // alpha of a near rim pixel whose own color was found; fragments_near.comp.glsl
+#define HALF_MAX 65504.0  // colors of surfaces are stored in half floats
+#define OWN_FOUND 2.0     // alpha of a near edge pixel whose own color was found; unmix_near.comp.glsl
                           // replaces it by the coverage
 
-// Range of |coc| over which near rims are unmixed gradually. In focus they keep their mixed color, which is right.
+// Range of |coc| over which near edges are unmixed gradually. In focus they keep their mixed color, which is right.
 #define SPLIT_FROM_PX 2.0
 #define SPLIT_FULL_PX 6.0
 
@@ -25,9 +25,9 @@ uniform sampler2D kind_tx;
 
 vec3 color_at(ivec2 at) { return texelFetch(color_tx, at, 0).rgb; }
 float kind_at(ivec2 at) { return texelFetch(kind_tx, at, 0).r; }
-bool is_unmixed(ivec2 at) { return kind_at(at) == WHOLE || kind_at(at) == LISTED; }
+bool is_unmixed(ivec2 at) { return kind_at(at) == UNMIXED || kind_at(at) == LISTED; }
 
-// Finds a near rim pixel's own color: the mean of the unmixed pixels of its surface among its neighbors.
+// Finds a near edge pixel's own color: the mean of the unmixed pixels of its surface among its neighbors.
 // Returns false if there is no such pixel, as on a wire one or two pixels wide.
 bool unmix_near(ivec2 at, out vec3 color) {
     float coc = coc_at(at);
@@ -40,7 +40,7 @@ bool unmix_near(ivec2 at, out vec3 color) {
     return sum.a > 0.0;
 }
 
-// Share of a near rim pixel that its own surface covers, by a box filter over the depths of 3 x 3 pixels; at least
+// Share of a near edge pixel that its own surface covers, by a box filter over the depths of 3 x 3 pixels; at least
 // a half.
 float own_outline(ivec2 at, float coc) {
     float farther = 0.0;

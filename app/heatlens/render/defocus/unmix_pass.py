@@ -1,4 +1,4 @@
-"""Split mixed pixels of silhouettes into a near and a far fragment."""
+"""Split mixed pixels of silhouettes into a near and a far surface."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,18 +16,18 @@ from heatlens.render.gpu.program import ComputeProgram
 
 
 @dataclass(frozen=True)
-class Fragments:
+class UnmixedPicture:
     """The picture with its silhouette pixels split, in textures of one size.
 
-    A rim pixel lies on a silhouette, where anti-aliasing has mixed the colors of a near and a far
-    surface. At its middle, a far rim shows the far surface, and a near rim the near one.
+    An edge pixel lies on a silhouette, where anti-aliasing has mixed the colors of a near and a far
+    surface. At its middle, a far edge shows the far surface, and a near edge the near one.
 
     color   rgb
     coc     signed diameter, pixels
-    kind    whole, far rim, near rim or listed; with lists also the coc at which each begins
-    far     far rim: rgb of the far fragment, a = coverage of the near one; near rim: its own rgb
+    kind    unmixed, far edge, near edge or listed; with lists also the coc at which each begins
+    far     far edge: rgb of the far surface, a = coverage of the near one; near edge: its own rgb
             and coverage; elsewhere not written. Half float is enough: pixels in focus do not use it
-    near    far rim: rgb of the near fragment, a = its coc; near rim: a = coc of the surface behind
+    near    far edge: rgb of the near surface, a = its coc; near edge: a = coc of the surface behind
     lists   the surfaces behind, if the plate has fragment lists
     around  luminance around each block of 2 x 2 pixels, which highlights exceed; None if the
             picture still has its highlights
@@ -59,30 +59,30 @@ _Uniforms = dict[str, object]
 
 # Splits the anti-aliased pixels of silhouettes, which have a mixed color and the depth of one
 # sample. Left whole, such a pixel leaks the nearer color into the blurred background; splitting it
-# was the largest single gain behind wires (FLIP .109 -> .081). A rim pixel has the depth of what is
-# seen at its middle: the near surface covers at most half of a far rim pixel, and at least half of
-# a near rim pixel. That limit: mean FLIP of eleven lenses .0432 -> .0419.
-class FragmentPass:
-    """Computes `kind`, `far` and `near` of a `Fragments` from its color and coc."""
+# was the largest single gain behind wires (FLIP .109 -> .081). An edge pixel has the depth of what
+# is seen at its middle: the near surface covers at most half of a far edge pixel, and at least half
+# of a near edge pixel. That limit: mean FLIP of eleven lenses .0432 -> .0419.
+class UnmixPass:
+    """Computes `kind`, `far` and `near` of an `UnmixedPicture` from its color and coc."""
 
     def __init__(self, ctx: Device) -> None:
-        self._find = ListProgram(ctx, "defocus/fragments_find.comp.glsl")
-        self._own = ListProgram(ctx, "defocus/fragments_own.comp.glsl")
-        self._far = ListProgram(ctx, "defocus/fragments_far.comp.glsl")
-        self._thin = ComputeProgram(ctx, "defocus/fragments_thin.comp.glsl")
-        self._near = ListProgram(ctx, "defocus/fragments_near.comp.glsl")
+        self._find = ListProgram(ctx, "defocus/unmix_find.comp.glsl")
+        self._own = ListProgram(ctx, "defocus/unmix_own.comp.glsl")
+        self._far = ListProgram(ctx, "defocus/unmix_far.comp.glsl")
+        self._thin = ComputeProgram(ctx, "defocus/unmix_thin.comp.glsl")
+        self._near = ListProgram(ctx, "defocus/unmix_near.comp.glsl")
         self._bands, self._slices = PixelBands(ctx), Slices(ctx)
 
-    # Far rims are in the first list and near rims in the second, and each kind has its own pass,
+    # Far edges are in the first list and near edges in the second, and each kind has its own pass,
     # because a software rasterizer runs both sides of every branch: one pass for both took 238 ms
-    # instead of 115. Near rims come first: their own color is found once, and far rims beside them
-    # read it. Hair has a list of its own for the same reason.
+    # instead of 115. Near edges come first: their own color is found once, and far edges next to
+    # them read it. Hair has a list of its own for the same reason.
     def steps(
-        self, picture: Fragments, optics: Optics, pixels: Buffer, thin: Buffer
+        self, picture: UnmixedPicture, optics: Optics, pixels: Buffer, thin: Buffer
     ) -> Iterator[None]:
         """Split the silhouette pixels of `picture`, in short steps.
 
-        `pixels` and `thin` are scratch memory: the lists of rim pixels and of pixels of hair.
+        `pixels` and `thin` are scratch memory: the lists of edge pixels and of pixels of hair.
         """
         clear_list(pixels)
         clear_list(thin)
@@ -119,9 +119,9 @@ class FragmentPass:
                 yield
 
     def _classify_pixels(
-        self, picture: Fragments, uniforms: _Uniforms, out_buffers: _Buffers
+        self, picture: UnmixedPicture, uniforms: _Uniforms, out_buffers: _Buffers
     ) -> Iterator[None]:
-        """Write the kind of each pixel, and list the rim pixels in `out_buffers`."""
+        """Write the kind of each pixel, and list the edge pixels in `out_buffers`."""
         lists = picture.lists
         list_values = {} if lists is None else {"is_measured": lists.is_measured}
         return self._bands.run(
