@@ -103,7 +103,7 @@ def test_file_that_a_viewer_has_open_is_replaced_when_it_lets_go(calls, tmp_path
     path = tmp_path / "picture.exr"
     path.write_bytes(b"old")
     Viewer(monkeypatch, seconds=0.2)
-    atomic_file.write_whole(path, b"new")
+    atomic_file.write_atomically(path, b"new")
     assert path.read_bytes() == b"new"
 
 
@@ -113,7 +113,7 @@ def test_file_that_stays_open_is_told_and_left(calls, tmp_path, monkeypatch):
     monkeypatch.setattr(atomic_file, "_OPEN_WAIT_S", 0.1)
     Viewer(monkeypatch, seconds=60.0)
     with pytest.raises(InputError, match=r"another program has it open\. Close it there"):
-        atomic_file.write_whole(path, b"new")
+        atomic_file.write_atomically(path, b"new")
     assert path.read_bytes() == b"old" and os.listdir(tmp_path) == ["picture.exr"]
 
 

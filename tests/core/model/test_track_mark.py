@@ -3,14 +3,14 @@
 import pytest
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.marks.track_mark import Click, TrackMark, TrackPlace
+from heatlens.core.model.marks.track_mark import Click, TrackedPoint, TrackMark
 
 TYPED = "12,7.5@1001/40,-3@1010"
 CLICKS = Click(1001, 12.0, 7.5), Click(1010, 40.0, -3.0)
 TRACK_PLACES = (
-    TrackPlace(frame=1001, x_px=12.0, y_px=7.5, distance_m=2.0, likeness=1.0),
-    TrackPlace(frame=1002, x_px=13.0, y_px=7.5, distance_m=2.1, likeness=0.4),
-    TrackPlace(frame=1003, x_px=14.0, y_px=7.5),
+    TrackedPoint(frame=1001, x_px=12.0, y_px=7.5, distance_m=2.0, likeness=1.0),
+    TrackedPoint(frame=1002, x_px=13.0, y_px=7.5, distance_m=2.1, likeness=0.4),
+    TrackedPoint(frame=1003, x_px=14.0, y_px=7.5),
 )
 
 
@@ -47,7 +47,7 @@ def test_track_mark_looks_up_distances_and_rejects_unordered_places():
 
 def test_track_mark_doubts_place_without_confidence():
     assert TrackMark(
-        "eye", CLICKS, (TrackPlace(frame=1001, x_px=1.0, y_px=2.0, distance_m=3.0),)
+        "eye", CLICKS, (TrackedPoint(frame=1001, x_px=1.0, y_px=2.0, distance_m=3.0),)
     ).doubtful_frames == [1001]
 
 

@@ -11,7 +11,7 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import Quality
-from heatlens.deliver.export.job import DisplayLook, ExportJob
+from heatlens.deliver.export.job import DisplaySettings, ExportJob
 from heatlens.deliver.export.options import ExportOptions
 from heatlens.deliver.export.output import parse_output
 from heatlens.deliver.export.plan import fingerprint_of
@@ -52,7 +52,7 @@ def fingerprint(job=JOB, frame=1001, lens=LENS, stamp=(5, 6), is_black=False) ->
         {"job": replace(JOB, shot=replace(JOB.shot, defocus=replace(QUICK, quality=Quality.FILM)))},
         {"job": replace(JOB, shot=replace(JOB.shot, plate_options=PlateOptions(near_m=1.0)))},
         {"job": PICTURES},
-        {"job": replace(PICTURES, look=DisplayLook(exposure_stops=1.0))},
+        {"job": replace(PICTURES, display_settings=DisplaySettings(exposure_stops=1.0))},
         {"job": replace(PICTURES, options=ExportOptions(burn_in=True))},
         {"job": replace(PICTURES, options=ExportOptions(burn_in=True, unit="ft"))},
         {"job": replace(PICTURES, options=ExportOptions(burn_in=True, burn_in_text="{frame}"))},
@@ -83,7 +83,10 @@ def test_fingerprint_ignores_options_that_affect_no_pixel(missing, force):
         JOB, shot=shot, frames=(1001,), options=ExportOptions(missing=missing, force=force)
     )
     assert fingerprint(other_job) == fingerprint()
-    assert fingerprint(replace(JOB, look=DisplayLook(exposure_stops=2.0))) == fingerprint()
+    assert (
+        fingerprint(replace(JOB, display_settings=DisplaySettings(exposure_stops=2.0)))
+        == fingerprint()
+    )
     assert fingerprint(replace(PICTURES, options=ExportOptions(is_float=True))) == fingerprint(
         PICTURES
     )

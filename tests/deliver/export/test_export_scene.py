@@ -16,7 +16,7 @@ from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import DefocusSettings, Method, Quality
 from heatlens.core.model.shot.shot import Shot
-from heatlens.deliver.export.job import DisplayLook, ExportJob
+from heatlens.deliver.export.job import DisplaySettings, ExportJob
 from heatlens.deliver.export.output import parse_output
 from heatlens.deliver.export.plan import fingerprint_of, frames_of, plan_export
 from heatlens.fronts.commands.main import main
@@ -179,7 +179,7 @@ def test_fingerprint_of_scene_frame_includes_all_that_affects_pixels(square_scen
         of_shot(defocus=replace(DRAFT, method=Method.RAYTRACED)),
         of_shot(defocus=replace(DRAFT, views=67)),
         mark(replace(job, pinhole=True)),
-        mark(replace(job, look=DisplayLook(gamma=2.0))),
+        mark(replace(job, display_settings=DisplaySettings(gamma=2.0))),
     ]
     assert len({mark(job), *others}) == len(others) + 1
     origin = plan_export(job).frames[0].origin

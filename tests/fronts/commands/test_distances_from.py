@@ -11,7 +11,7 @@ from heatlens.deliver.export.sheet_rows import sheet_row
 from heatlens.fronts.commands.main import main
 from heatlens.media.documents.shot_file import read_shot, write_shot
 from heatlens.media.live.ring.sources import LensSample, RingSources, SourceState
-from heatlens.studio.session.live.ring_hand import RingHand
+from heatlens.studio.session.live.ring_follower import RingFollower
 from heatlens.studio.session.shot.editing import Editing
 
 SHOT = ("shot", "new", "no.####.exr", "--focal-length", "50", "--sensor-width", "36")
@@ -86,7 +86,7 @@ def test_ring_focus_is_converted_from_measured_origin(start, sample_offset_mm, f
     ring.sources.add_sample(
         LensSample("A", focus_distance_m=2.12, pupil_offset_mm=sample_offset_mm)
     )
-    RingHand(ring, editing, print).poll()
+    RingFollower(ring, editing, print).poll()
     assert editing.lens.focus_distance_m == pytest.approx(focus_m)
 
 

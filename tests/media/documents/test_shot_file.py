@@ -14,7 +14,7 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.curves.interpolation import Ease, Interpolation, Scale
 from heatlens.core.model.lens.lens import Lens, LensModel
 from heatlens.core.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark, WorldMark
-from heatlens.core.model.marks.track_mark import Click, TrackMark, TrackPlace
+from heatlens.core.model.marks.track_mark import Click, TrackedPoint, TrackMark
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.core.model.shot.shot import LensCurves, Shot
@@ -61,7 +61,7 @@ LENSES = st.builds(
     widest_f_stop=st.none() | st.floats(0.5, 64),
 )
 MARK_NAMES = st.text(string.ascii_letters + "äß日", min_size=1, max_size=4)
-PLACES = st.just((TrackPlace(1, 2.5, 3, 4.25, 0.5), TrackPlace(2, 3.5, 3)))
+PLACES = st.just((TrackedPoint(1, 2.5, 3, 4.25, 0.5), TrackedPoint(2, 3.5, 3)))
 THINGS = st.builds(MatteMark, MARK_NAMES, st.just("cryptomatte:é"), st.sampled_from(MattePart))
 MARKS = (
     THINGS

@@ -14,7 +14,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
 from heatlens.deliver.export.finished import is_complete
 from heatlens.media.files import atomic_file
-from heatlens.media.files.atomic_file import replace_atomically, write_whole
+from heatlens.media.files.atomic_file import replace_atomically, write_atomically
 from heatlens.media.plate.exr.exr_write import COMPRESSIONS, write_exr
 from heatlens.media.plate.picture.picture_write import write_png
 from support.command_line import start_heatlens
@@ -44,7 +44,7 @@ def parts_in(folder: Path) -> list[str]:
 
 @pytest.mark.parametrize("compression", COMPRESSIONS)
 @pytest.mark.parametrize("rows", [1, 16, 33, 300])
-def test_is_whole_of_exr_needs_every_byte(tmp_path, compression, rows):
+def test_is_complete_of_exr_needs_every_byte(tmp_path, compression, rows):
     path = tmp_path / "a.exr"
     box = Box(-3, 7, 2, 7 + rows)
     values = np.random.default_rng(rows).random((rows, 5)).astype(np.float32)
@@ -59,7 +59,7 @@ def test_is_whole_of_exr_needs_every_byte(tmp_path, compression, rows):
 
 
 @pytest.mark.parametrize("suffix", [".png", ".jpg", ".tif", ".webp", ".dpx"])
-def test_is_whole_of_picture_needs_every_byte(tmp_path, suffix):
+def test_is_complete_of_picture_needs_every_byte(tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
     write_png(path, np.random.default_rng(0).random((20, 30, 3)).astype(np.float32))
     data = path.read_bytes()
@@ -139,7 +139,7 @@ def test_export_to_full_disk_reports_it_and_leaves_no_partial_file(
     assert all(is_complete(path) for path in small_disk.iterdir())
 
 
-def test_write_whole_detects_missing_bytes(tmp_path, monkeypatch):
+def test_write_atomically_detects_missing_bytes(tmp_path, monkeypatch):
     """Some network disks end a file where their quota cuts it."""
     real = os.fstat
 
@@ -150,7 +150,7 @@ def test_write_whole_detects_missing_bytes(tmp_path, monkeypatch):
     monkeypatch.setattr(atomic_file.os, "fstat", short)
     (tmp_path / "a").write_bytes(b"before")
     with pytest.raises(InputError, match="only 3 of 4 bytes are on the disk"):
-        write_whole(tmp_path / "a", b"four")
+        write_atomically(tmp_path / "a", b"four")
     assert files_in(tmp_path) == {"a": b"before"}
 
 

@@ -22,6 +22,7 @@ from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.read import read_plate
 from heatlens.media.sequence.sequence import stamp_of
+from heatlens.render.rendered_frames.cached_pictures import to_half
 from heatlens.render.rendered_frames.frame_filler import FrameFiller, FrameJob, PlateFile
 from heatlens.render.rendered_frames.frame_key import (
     KeySource,
@@ -33,7 +34,6 @@ from heatlens.render.rendered_frames.frame_key import (
     runs_of,
     shot_key,
 )
-from heatlens.render.rendered_frames.kept_pictures import to_half
 from heatlens.render.rendered_frames.stamp_book import StampBook
 from heatlens.render.source.source import StampedFile, stamp_files
 from support.frame_caches import PATIENCE_S

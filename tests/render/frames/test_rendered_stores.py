@@ -13,11 +13,10 @@ from hypothesis import strategies as st
 
 from heatlens.core.base import memory
 from heatlens.core.model.boxes import Box
-from heatlens.render.rendered_frames.frame_store import FrameStore
-from heatlens.render.rendered_frames.kept_pictures import (
+from heatlens.render.rendered_frames.cached_pictures import (
     _HEAD,
+    CachedPicture,
     DiskStore,
-    KeptPicture,
     MemoryStore,
     RenderedPicture,
     decode_picture,
@@ -25,6 +24,7 @@ from heatlens.render.rendered_frames.kept_pictures import (
     encode_picture,
     to_half,
 )
+from heatlens.render.rendered_frames.frame_store import FrameStore
 
 WINDOWS = Box(-2, 3, 10, 9), Box(0, 0, 12, 8)
 
@@ -33,14 +33,14 @@ def key_of(number: int) -> str:
     return f"{number:032x}"
 
 
-def picture_of(number: int, height: int = 4, width: int = 6) -> KeptPicture:
+def picture_of(number: int, height: int = 4, width: int = 6) -> CachedPicture:
     """Return a picture whose pixels have the value `number`, so that each number is unique."""
     pixels = np.full((height, width, 4), number, np.float16)
     pixels[0, 0] = np.arange(4)
-    return KeptPicture(pixels, *WINDOWS, pixel_aspect=1.25)
+    return CachedPicture(pixels, *WINDOWS, pixel_aspect=1.25)
 
 
-def are_equal_pictures(first: KeptPicture, second: KeptPicture) -> bool:
+def are_equal_pictures(first: CachedPicture, second: CachedPicture) -> bool:
     headers = [(it.data_window, it.display_window, it.pixel_aspect) for it in (first, second)]
     return headers[0] == headers[1] and np.array_equal(first.pixels, second.pixels)
 
@@ -74,8 +74,8 @@ def test_memory_store_keeps_limit_and_returns_stored_pictures(limit, use):
         else:
             store.clear()
             assert store.bytes_in_use == 0
-        kept_pictures = [store.get(key) for key in store.keys()]
-        assert store.bytes_in_use == sum(picture.pixels.nbytes for picture in kept_pictures)
+        cached_pictures = [store.get(key) for key in store.keys()]
+        assert store.bytes_in_use == sum(picture.pixels.nbytes for picture in cached_pictures)
         assert store.bytes_in_use <= store.limit_bytes
 
 
@@ -277,7 +277,7 @@ def test_frame_store_reports_memory_error_and_stays_usable(tmp_path, monkeypatch
         raise MemoryError
 
     whose = "encode_picture" if failing == "encode_picture" else "RenderedPicture.as_kept"
-    monkeypatch.setattr(f"heatlens.render.rendered_frames.kept_pictures.{whose}", no_memory)
+    monkeypatch.setattr(f"heatlens.render.rendered_frames.cached_pictures.{whose}", no_memory)
     store = FrameStore(MemoryStore(10**6), DiskStore(tmp_path / "frames"))
     store.wait()
     for number in range(3):

@@ -9,7 +9,7 @@ from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.settings import Bokeh, Method, Quality
 from heatlens.core.model.view.view import Against, Compare
-from heatlens.studio.board import window_door
+from heatlens.studio.board import window_handover
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.command import Command
 from heatlens.studio.board.commands import named_commands
@@ -187,10 +187,10 @@ def test_command_without_a_bar_can_always_run():
 
 
 def test_documented_limits_of_board_and_pull_recording():
-    assert (window_door._CLIENTS_MOST, window_door._NAMES_MOST) == (64, 1000)
-    assert window_door._REQUEST_MOST == 1 << 20
-    assert window_door.door_path().stem.startswith("window-")
-    assert len(window_door.door_path().stem) == len("window-") + 16
+    assert (window_handover._CLIENTS_MOST, window_handover._NAMES_MOST) == (64, 1000)
+    assert window_handover._REQUEST_MOST == 1 << 20
+    assert window_handover.handover_path().stem.startswith("window-")
+    assert len(window_handover.handover_path().stem) == len("window-") + 16
     assert (pull_recording.TOLERANCE_LEAST, pull_recording.TOLERANCE_MOST) == (1e-4, 1.0)
 
 

@@ -9,7 +9,7 @@ import pytest
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.pull import pull
 from heatlens.core.model.view.view_geometry import Viewport
-from heatlens.render.rendered_frames.kept_pictures import to_half
+from heatlens.render.rendered_frames.cached_pictures import to_half
 from heatlens.render.source.opened_plates import OpenedPlates
 from heatlens.studio.board.session import Session
 from heatlens.studio.settings.start import Start

@@ -146,8 +146,8 @@ def test_mark_is_not_set_or_tracked_before_its_frame_is_read(wall):
         wall.time.timeline.go_to(FIRST + 5)
         run_loop_once(wall)
         marks.set_point(POINT)
-        marks.holds.track(before.marks[0], before.marks[0])
-        marks.holds.fix_in_world(before.marks[0], before.marks[0])
+        marks.anchors.track(before.marks[0], before.marks[0])
+        marks.anchors.fix_in_world(before.marks[0], before.marks[0])
         assert wall.editing.shot == before and not marks.is_reading
         assert str(FIRST + 5) in wall.messages.text
     run_until_settled(wall)

@@ -307,4 +307,4 @@ def test_follow_without_an_open_source_only_reports(tmp_path):
 
 
 def test_plates_without_a_camera_in_their_headers_have_no_world(session, marks):
-    assert session.source.plate is not None and not marks.holds.has_world
+    assert session.source.plate is not None and not marks.anchors.has_world

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from heatlens.core.model.focus.coc import sharp_dioptres
-from heatlens.core.model.marks.marks import Hold, MatteMark, PointMark, WorldMark
+from heatlens.core.model.marks.marks import MarkAnchor, MatteMark, PointMark, WorldMark
 from support.evening import begin_session, run_until, run_until_settled
 from support.mattes import matte_plate
 from support.walks import WALL_M, Walk
@@ -115,7 +115,7 @@ def test_track_turns_point_mark_into_a_surface_that_focus_follows(card):
     marks = session.time.marks
     x, y = walk.pixel(1)
     point = set_mark(session, (round(x), round(y)))
-    marks.holds.track(point, point)
+    marks.anchors.track(point, point)
     mark = wait_for_track(session)
     assert [place.frame for place in mark.places] == list(range(1, 11))
     assert "seen" in session.messages.text
@@ -134,13 +134,13 @@ def test_correct_moves_tracked_surface_to_the_clicked_point(card):
     session, walk = card
     marks = session.time.marks
     wall = set_mark(session, (20, 20))
-    marks.holds.track(wall, wall)
+    marks.anchors.track(wall, wall)
     mark = wait_for_track(session)
     assert marks.distances.distance_m(mark, 10) == pytest.approx(WALL_M)
     session.time.timeline.go_to(10)
     run_until(session, lambda: session.source.is_settled_at(10), "the last frame")
     run_until_settled(session)
-    marks.holds.correct(mark)
+    marks.anchors.correct(mark)
     x, y = walk.pixel(10)
     session.time.marks.set_point((round(x), round(y)))
     mark = wait_for_track(session)
@@ -182,15 +182,15 @@ def test_place_turns_point_mark_into_a_world_mark(tmp_path):
     session = begin_session(tmp_path / "preferences", str(tmp_path / "card.####.exr"))
     run_until_settled(session)
     marks = session.time.marks
-    assert marks.holds.has_world
-    marks.holds.hold_on_to(set_mark(session, (20, 20)), Hold.PLACE)
+    assert marks.anchors.has_world
+    marks.anchors.anchor_to(set_mark(session, (20, 20)), MarkAnchor.PLACE)
     (mark,) = session.editing.shot.marks
     assert isinstance(mark, WorldMark)
-    marks.holds.hold_on_to(mark, Hold.PIXEL)
+    marks.anchors.anchor_to(mark, MarkAnchor.PIXEL)
     (point,) = session.editing.shot.marks
     assert isinstance(point, PointMark)
     assert (point.x_px, point.y_px) == pytest.approx((20.0, 20.0), abs=1e-3)
-    marks.holds.hold_on_to(point, Hold.PLACE)
+    marks.anchors.anchor_to(point, MarkAnchor.PLACE)
     (mark,) = session.editing.shot.marks
     assert isinstance(mark, WorldMark)
     session.time.timeline.go_to(4)

@@ -74,7 +74,7 @@ def test_recording_shows_moved_focus_without_setting_keys(session):
         == session.editing.seen_shot.lens.focus_distance_m
         == 3.0
     )
-    assert session.facts.shot == before and not session.time.frames_ahead.plays_kept_frames
+    assert session.facts.shot == before and not session.time.frames_ahead.plays_cached_frames
 
 
 def test_f_stop_stepped_while_recording_changes_shot_but_not_its_focus(session):

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from heatlens.core.model.timecode import Timecode
 from heatlens.media.live.ring.sources import LensSample
-from heatlens.studio.session.live.ring_hand import RingNews
+from heatlens.studio.session.live.ring_follower import RingNews
 
 
 class Window:

@@ -10,7 +10,7 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.timecode import Timecode
 from heatlens.fronts.commands.main import main
 from heatlens.media.live.ring.sources import SILENT_AFTER_S, LensSample
-from heatlens.studio.session.live.ring_hand import RingOut
+from heatlens.studio.session.live.ring_follower import RingOut
 from heatlens.studio.session.shot.editing import Editing
 
 

@@ -170,14 +170,14 @@ def test_shot_file_read_that_hangs_does_not_delay_a_save(monkeypatch, tmp_path):
 def test_preferences_are_written_in_order_without_blocking_the_loop(
     renderer, monkeypatch, tmp_path
 ):
-    answers, is_asked, write_whole = Event(), Event(), preferences.write_whole
+    answers, is_asked, write_atomically = Event(), Event(), preferences.write_atomically
 
     def block(*words):
         is_asked.set()
         assert answers.wait(PATIENCE_S)
-        write_whole(*words)
+        write_atomically(*words)
 
-    monkeypatch.setattr(preferences, "write_whole", block)
+    monkeypatch.setattr(preferences, "write_atomically", block)
     session = Session(renderer, Start(""), preferences=Preferences.load(tmp_path))
     session.begin()
     for name in ("/a.exr", "/b.exr"):

@@ -224,7 +224,7 @@ def test_session_facts_agree_with_the_parts_of_the_session(session):
         facts.plate is session.source.plate and facts.histogram is session.source.picture.histogram
     )
     assert facts.reference is None is facts.stream and facts.opening == ""
-    assert facts.is_live_alone and not facts.plays_kept_frames and not facts.has_camera
+    assert facts.is_live_alone and not facts.plays_cached_frames and not facts.has_camera
     assert (facts.shape.width_px, facts.shape.height_px) == (48, 32)
     data, display = facts.windows()
     assert data == display == facts.plate.display_window

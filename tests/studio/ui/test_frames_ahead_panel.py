@@ -7,7 +7,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
-from heatlens.render.rendered_frames.screen_work import KeptFrame
+from heatlens.render.rendered_frames.screen_work import CachedFrame
 from heatlens.studio.settings.preferences import Preferences
 from heatlens.studio.ui.timeline.rendered_panel import rendered_words
 from support.gui import Gui, gui_of
@@ -70,8 +70,8 @@ def test_playback_without_rendered_frames_shows_quick_pictures(gui):
     gui.until(
         lambda: session.pictures.live.output.frame == session.facts.frame, "the quick picture"
     )
-    assert not session.time.frames_ahead.plays_kept_frames and not isinstance(
-        session.facts.shown_picture, KeptFrame
+    assert not session.time.frames_ahead.plays_cached_frames and not isinstance(
+        session.facts.shown_picture, CachedFrame
     )
     words = rendered_words(session.time)
     assert words.startswith("preview: ") and words.endswith("frames rendered")
@@ -105,8 +105,8 @@ def test_scrubbing_shows_the_kept_frame_until_the_picture_is_whole(gui):
         return shown.is_whole and shown.frame == FIRST + 4
 
     gui.until(is_whole, "the whole picture")
-    kept_pictures = [picture for picture in shown_pictures if isinstance(picture, KeptFrame)]
-    assert kept_pictures and {picture.frame for picture in kept_pictures} == {FIRST + 4}
+    cached_pictures = [picture for picture in shown_pictures if isinstance(picture, CachedFrame)]
+    assert cached_pictures and {picture.frame for picture in cached_pictures} == {FIRST + 4}
     gui.settled()
     assert (
         gui.session.facts.shown_picture is gui.session.pictures.live.output

@@ -85,11 +85,11 @@ def test_keys_window_and_table_of_the_manual_list_the_new_command(gui):
 
 
 def test_pages_get_the_new_command_and_may_give_it(gui, exposure):
-    door, answers, shared = gui.screen._board, [], SharedSession()
-    entries = door.json_state()
+    board, answers, shared = gui.screen._board, [], SharedSession()
+    entries = board.json_state()
     assert ROW in entries["table"] and entries["commands"][NAME] == [None, ""]
     shared.queue_message("Ann (1)", {"do": NAME}, answers.append)
-    shared.follow_messages(door)
+    shared.follow_messages(board)
     assert exposure() < 0.0 and answers == []
 
 

@@ -82,16 +82,16 @@ def test_legend_of_the_new_overlay_has_its_words_and_colors(monkeypatch):
 
 
 def test_pages_and_door_offer_the_new_overlay(gui):
-    door = Board(gui.session)
-    door.check_remote({"do": NEW_OVERLAY.words})
-    door.follow({"do": NEW_OVERLAY.words})
-    page = door.json_state()
+    board = Board(gui.session)
+    board.check_remote({"do": NEW_OVERLAY.words})
+    board.follow({"do": NEW_OVERLAY.words})
+    page = board.json_state()
     assert page["view"]["overlay"] == "halves" and page["commands"][NEW_OVERLAY.words] == [True, ""]
     assert [NEW_OVERLAY.words, "Shift+J", "Over the picture"] in page["table"]
-    door.follow({"change": "view", "overlay": "none"})
-    assert door.state().view.overlay == "none"
-    door.follow({"change": "view", "overlay": "halves"})
-    assert door.state().view.overlay == "halves"
+    board.follow({"change": "view", "overlay": "none"})
+    assert board.state().view.overlay == "none"
+    board.follow({"change": "view", "overlay": "halves"})
+    assert board.state().view.overlay == "halves"
 
 
 def test_view_state_refuses_an_unknown_overlay_by_name():

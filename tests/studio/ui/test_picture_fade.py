@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Quality
 from heatlens.render.gpu.device import Device
-from heatlens.render.preview.shown import Shown
+from heatlens.render.preview.shown import ShownPicture
 from heatlens.studio.ui.picture.fade import FADE_S, PictureFade
 from support.gui import Gui, gui_of
 from support.session_files import room_file
@@ -39,7 +39,7 @@ class FadeScreen:
         self.preview = replace(self.whole, texture=black, settings=quicker)
         monkeypatch.setattr(gui.screen.picture._picture_collector, "_detail", lambda *_: None)
 
-    def show(self, picture: Shown) -> None:
+    def show(self, picture: ShownPicture) -> None:
         """Show a picture for a frame."""
         live = self.gui.session.pictures.live
         self.gui.session.editing.begin(picture.shot)
@@ -47,7 +47,7 @@ class FadeScreen:
         live._request = replace(picture.picture_key, settings=picture.shot.defocus)
         self.gui.frame()
 
-    def measure_brightness(self, picture: Shown) -> float:
+    def measure_brightness(self, picture: ShownPicture) -> float:
         """Show a picture for a frame; return the mean of its pixels on the screen."""
         self.show(picture)
         (x, y), (width, height) = (

@@ -6,7 +6,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.render.rendered_frames.screen_work import KeptFrame
+from heatlens.render.rendered_frames.screen_work import CachedFrame
 from support.gui import Gui
 from support.sequences import FIRST, LAST, frame_file, sequence_files
 from support.session_files import room_file
@@ -43,7 +43,7 @@ def wait_for_shown_frame(gui) -> int:
     session = gui.session
     gui.until(lambda: session.facts.shown_picture.frame == current_frame(gui), "the picture")
     if isinstance(
-        session.facts.shown_picture, KeptFrame
+        session.facts.shown_picture, CachedFrame
     ):  # rendered before, from the plate of its job
         return int(
             session.time.frames_ahead.jobs.job_of(current_frame(gui)).plate.path.name.split(".")[1]

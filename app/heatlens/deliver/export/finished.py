@@ -131,7 +131,7 @@ def is_complete(path: Path, suffix: str = "") -> bool:
     `suffix`, such as .exr, gives its kind if its name does not.
     """
     kind = (suffix or path.suffix).lower()
-    check = _CHECKS.get(kind) or writing_of(f"a{kind}").is_whole
+    check = _CHECKS.get(kind) or writing_of(f"a{kind}").is_complete
     try:
         with open_regular_file(path) as file:
             size = os.fstat(file.fileno()).st_size

@@ -18,7 +18,7 @@ from heatlens.render.source.named import checked_source, has_camera
 
 
 @dataclass(frozen=True)
-class DisplayLook:
+class DisplaySettings:
     """How light becomes the display values of pictures and movies.
 
     Raises InputError if the exposure or the gamma is out of range.
@@ -36,7 +36,7 @@ class DisplayLook:
 
 @dataclass(frozen=True)
 class ExportJob:
-    """Export `frames` of a shot to `output`; `look` is for pictures and movies.
+    """Export `frames` of a shot to `output`; `display_settings` is for pictures and movies.
 
     keep             layers and channels of the plate to copy, see `kept_channels`
     pinhole          write the frames without a lens, as plates for other programs
@@ -49,7 +49,7 @@ class ExportJob:
     frames: tuple[int, ...]
     output: Output
     options: ExportOptions = field(default_factory=ExportOptions)
-    look: DisplayLook = field(default_factory=DisplayLook)
+    display_settings: DisplaySettings = field(default_factory=DisplaySettings)
     keep: tuple[str, ...] = ()
     pinhole: bool = False
     pinhole_options: PinholeOptions = field(default_factory=PinholeOptions)

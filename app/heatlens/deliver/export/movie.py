@@ -122,7 +122,7 @@ class Movie:
         height, width = frame.pixels.shape[:2]
         if self._stream is None:
             self._size = (width, height)
-            is_square = self._job.look.guides.desqueeze is not None
+            is_square = self._job.display_settings.guides.desqueeze is not None
             self._stream = self._new_stream(1.0 if is_square else frame.plate.pixel_aspect_ratio)
             self._begin_timecode(frame)
             if self._has_sound:
@@ -213,7 +213,7 @@ class Movie:
 
 def check_display(job: ExportJob) -> None:
     """Raise InputError unless the movie is for a display with the primaries of Rec.709."""
-    display = job.look.transform.display
+    display = job.display_settings.transform.display
     if _OTHER_PRIMARIES.search(display):
         raise InputError(
             f"{display} is not a Rec.709 display, but the movie is tagged as Rec.709: its colours "

@@ -218,7 +218,7 @@ def fingerprint_of_movie(frames: Iterable[str], frames_per_second: float) -> str
 
 def _output_facts(job: ExportJob) -> dict[str, object]:
     """Return the options that have an effect on this kind of file."""
-    options, look = job.options, job.look
+    options, display_settings = job.options, job.display_settings
     if job.output.is_exr:
         exr_facts = {
             name: getattr(options, name) for name in ("compression", "with_depth", "with_coc")
@@ -234,11 +234,15 @@ def _output_facts(job: ExportJob) -> dict[str, object]:
         }
     return {
         "kind": job.output.suffix,
-        "view": [look.transform.key, look.transform.input_space],
-        "exposure_stops": look.exposure_stops,
-        "gamma": look.gamma,
+        "view": [display_settings.transform.key, display_settings.transform.input_space],
+        "exposure_stops": display_settings.exposure_stops,
+        "gamma": display_settings.gamma,
         "burn_in": _burn_in_facts(options) if options.burn_in else None,
-        **({"guides": to_json(look.guides)} if look.guides != NO_GUIDES else {}),
+        **(
+            {"guides": to_json(display_settings.guides)}
+            if display_settings.guides != NO_GUIDES
+            else {}
+        ),
         **_newer_options(job, LOOK),
     }
 

@@ -19,7 +19,7 @@ from heatlens.core.model.view.guides import (
 )
 from heatlens.deliver.export.burn_in import burn_in_text, draw_burn_in
 from heatlens.deliver.export.frame_files import RenderedFrame, frame_timecode
-from heatlens.deliver.export.job import DisplayLook
+from heatlens.deliver.export.job import DisplaySettings
 from heatlens.deliver.export.pinhole_plate import pinhole_plate
 from heatlens.deliver.export.plan import ExportPlan, PlannedFrame
 from heatlens.deliver.export.sequence_check import Remark, SequenceCheck
@@ -46,8 +46,10 @@ class DisplayPictures:
     black.
     """
 
-    def __init__(self, ctx: Device, look: DisplayLook) -> None:
-        self._values = DisplayValues(ctx, look.transform, look.exposure_stops, look.gamma)
+    def __init__(self, ctx: Device, display_settings: DisplaySettings) -> None:
+        self._values = DisplayValues(
+            ctx, display_settings.transform, display_settings.exposure_stops, display_settings.gamma
+        )
         self._black = self._values.encode(np.zeros((1, 1, 3), np.float32))[0, 0]
 
     def encode(self, picture: Texture, plate: Plate, proxy: float) -> FloatImage:
@@ -78,7 +80,9 @@ class FrameRendering:
         timed_count = _TIMED_FRAMES if is_final else 0
         self._timed_frames = {frame.frame for frame in frames[:timed_count]}
         is_exr = plan.job.output.is_exr
-        self._display_pictures = None if is_exr else DisplayPictures(renderer.ctx, plan.job.look)
+        self._display_pictures = (
+            None if is_exr else DisplayPictures(renderer.ctx, plan.job.display_settings)
+        )
 
     def render(self, frame: PlannedFrame) -> RenderedFrame:
         """Render `frame`.
@@ -147,7 +151,7 @@ class FrameRendering:
             return download(picture)
         plate, options = self._renderer.loaded.plate, self._job.options
         display = self._display_pictures.encode(picture, plate, self._job.shot.defocus.proxy)
-        display = with_guides(display, self._job.look.guides, plate.pixel_aspect_ratio)
+        display = with_guides(display, self._job.display_settings.guides, plate.pixel_aspect_ratio)
         if not options.burn_in:
             return display
         timecode = frame_timecode(self._job, frame, plate)

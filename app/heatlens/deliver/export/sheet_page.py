@@ -23,7 +23,7 @@ from heatlens.core.model.marks.marks import ObjectMark, PointMark
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.shot.shot import Shot
 from heatlens.deliver.export.frame_files import RenderedFrame, frame_timecode
-from heatlens.deliver.export.job import DisplayLook, ExportJob
+from heatlens.deliver.export.job import DisplaySettings, ExportJob
 from heatlens.deliver.export.options import ExportOptions
 from heatlens.deliver.export.output import parse_output
 from heatlens.deliver.export.plan import plan_export
@@ -37,7 +37,7 @@ from heatlens.deliver.export.sheet_rows import (
     sheet_frames,
     sheet_row,
 )
-from heatlens.media.files.atomic_file import write_whole
+from heatlens.media.files.atomic_file import write_atomically
 from heatlens.media.files.html_page import render_page, render_pdf
 from heatlens.media.plate.mark_distance import mark_on_plate_m
 from heatlens.media.plate.plate import FloatImage, Plate
@@ -114,15 +114,20 @@ def write_sheet(path: Path, title: str, sheets: Sequence[Sheet]) -> Path:
     Raises InputError if a file cannot be written.
     """
     table, page = path.with_suffix(".csv"), sheet_html(title, sheets)
-    write_whole(path, render_pdf(PURPOSE, page) if path.suffix.lower() == ".pdf" else page.encode())
+    write_atomically(
+        path, render_pdf(PURPOSE, page) if path.suffix.lower() == ".pdf" else page.encode()
+    )
     rows = [(sheet.title, entry.row) for sheet in sheets for entry in sheet.entries]
     shots = [shot for shot, _ in rows] if len(sheets) > 1 else []
-    write_whole(table, sheet_csv([row for _, row in rows], shots).encode())
+    write_atomically(table, sheet_csv([row for _, row in rows], shots).encode())
     return table
 
 
 def sheet_entries(
-    shot: Shot, frames: FrameRange, look: DisplayLook, make_renderer: Callable[[], FrameRenderer]
+    shot: Shot,
+    frames: FrameRange,
+    display_settings: DisplaySettings,
+    make_renderer: Callable[[], FrameRenderer],
 ) -> Iterator[SheetEntry]:
     """Return a row with a picture for each key of the focus in `frames`, and for both ends.
 
@@ -139,7 +144,7 @@ def sheet_entries(
         whole_frames,
         picture_output,
         ExportOptions(missing="hold"),
-        look,
+        display_settings,
     )
     plan = plan_export(job)
     renderer = make_renderer()

@@ -28,7 +28,7 @@ from heatlens.deliver.farm.answers import (
 from heatlens.deliver.farm.connection import is_loss, not_data_error
 from heatlens.deliver.farm.dask_types import Client, Future
 from heatlens.deliver.farm.data_only import NotDataError
-from heatlens.media.files.atomic_file import write_whole
+from heatlens.media.files.atomic_file import write_atomically
 from heatlens.media.files.json_record import digest
 from heatlens.media.sequence.names import frames_text, parse_frames
 
@@ -287,7 +287,7 @@ def _write_fetched(data: bytes, frame: PlannedFrame) -> None:
                 f"frame {frame.frame}: what a worker has sent is not the finished file of this "
                 "frame. Finished frames are kept."
             )
-    write_whole(frame.path, data)
+    write_atomically(frame.path, data)
 
 
 def topic_of(plan: ExportPlan, fetch: bool) -> str:

@@ -29,7 +29,7 @@ from heatlens.deliver.farm.export_place import (
 )
 from heatlens.deliver.farm.processes import PATIENCE_S, start_process, stop
 from heatlens.media.documents.shot_file import SHOT_SUFFIX, write_shot
-from heatlens.media.files.atomic_file import write_whole
+from heatlens.media.files.atomic_file import write_atomically
 
 _KILLED_S = 1.0  # time for the system to remove a killed process
 _TITLES = {"shot sheet": "pull sheet"}
@@ -228,7 +228,7 @@ def _keep_job(state: ExportState, place: ExportPlace) -> None:
     """Save the text of a job beside its shot, and keep the sentence that explains its use."""
     if place.where is Where.SLURM:
         path = job_path(state.output).with_name(place.job_name(state.output))
-        write_whole(path, "".join(state.printed_lines).encode())
+        write_atomically(path, "".join(state.printed_lines).encode())
     state.files_note = state.last_sentence
 
 

@@ -27,8 +27,8 @@ from heatlens.deliver.farm.frame_worker import (
     program_of_answer,
 )
 from heatlens.render.defocus.line_solver import SolverName
+from heatlens.render.rendered_frames.cached_pictures import CachedPicture, RenderedPicture
 from heatlens.render.rendered_frames.frame_filler import FrameJob
-from heatlens.render.rendered_frames.kept_pictures import KeptPicture, RenderedPicture
 
 _WORKER_CHECK_S = 1.0  # interval between checks for new and lost workers
 _RETRY_S = 10.0  # after a failure, time until the scheduler is tried again
@@ -57,7 +57,7 @@ class FrameResult:
     """A frame that a worker has rendered, or the message of its failure."""
 
     key: str
-    picture: RenderedPicture | KeptPicture | None
+    picture: RenderedPicture | CachedPicture | None
     problem: str = ""
 
 

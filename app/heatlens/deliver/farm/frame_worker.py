@@ -16,15 +16,15 @@ from heatlens.media.scene.scene import Scene
 from heatlens.media.sequence.sequence import Stamp
 from heatlens.render.defocus.line_solver import SOLVERS, SolverName
 from heatlens.render.frame_renderer import FrameRenderer, headless_renderer
-from heatlens.render.rendered_frames.frame_filler import FrameFiller, FrameJob
-from heatlens.render.rendered_frames.frame_key import program_contents
-from heatlens.render.rendered_frames.kept_pictures import (
-    KeptPicture,
+from heatlens.render.rendered_frames.cached_pictures import (
+    CachedPicture,
     RenderedPicture,
     decode_float_picture,
     decode_picture,
     encode_picture,
 )
+from heatlens.render.rendered_frames.frame_filler import FrameFiller, FrameJob
+from heatlens.render.rendered_frames.frame_key import program_contents
 from heatlens.render.source.source import Source, StampedFile, stamp_files
 from heatlens.version import __version__
 
@@ -87,7 +87,7 @@ def answer_frame(job: FrameJob, solver: SolverName, is_kept: bool) -> bytes:
     return answer_with(render, worker.address)
 
 
-def picture_of_answer(answer: bytes) -> RenderedPicture | KeptPicture | None:
+def picture_of_answer(answer: bytes) -> RenderedPicture | CachedPicture | None:
     """Return the picture of an answer; None if the frame was recalled.
 
     Raises InputError with the worker's message, or for an answer that is not one of heatlens.

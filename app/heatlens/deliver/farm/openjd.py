@@ -11,7 +11,7 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.deliver.farm.job import FarmJob, Needs, Place, Step, Word, word_text
-from heatlens.media.files.atomic_file import make_folder, write_whole
+from heatlens.media.files.atomic_file import make_folder, write_atomically
 
 # Limits of the schema: values of a task parameter, characters in one, characters of a job's name,
 # steps of a job.
@@ -61,7 +61,7 @@ def write_bundle(job: FarmJob, folder: Path) -> None:
     }
     make_folder(folder)
     for name, text in texts.items():
-        write_whole(folder / name, text.encode("utf-8"))
+        write_atomically(folder / name, text.encode("utf-8"))
 
 
 def _steps(job: FarmJob) -> list[dict[str, object]]:

@@ -165,7 +165,7 @@ def _print_notes(args: argparse.Namespace, plan: ExportPlan) -> None:
     if plan.makes_movie:
         print_messages(*filter(None, find_sound(plan, plan.job.shot.frames_per_second)[1:]))
     if not plan.job.output.is_exr:
-        print_view_transform(plan.job.look.transform)
+        print_view_transform(plan.job.display_settings.transform)
 
 
 def _export_shot(args: argparse.Namespace, plan: ExportPlan, name: str) -> None:

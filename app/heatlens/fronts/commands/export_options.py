@@ -11,7 +11,7 @@ from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.guides import Guides
 from heatlens.deliver.export.burn_in import check_template
-from heatlens.deliver.export.job import DisplayLook, ExportJob, blur_of_export
+from heatlens.deliver.export.job import DisplaySettings, ExportJob, blur_of_export
 from heatlens.deliver.export.options import (
     EXR,
     FRAMES,
@@ -24,7 +24,7 @@ from heatlens.deliver.export.output import Output, parse_output
 from heatlens.deliver.export.plan import frames_of
 from heatlens.fronts.commands.options.display_options import (
     add_display_options,
-    display_look,
+    display_settings,
     shot_header,
 )
 from heatlens.fronts.commands.options.farm_options import add_farm_options
@@ -134,14 +134,14 @@ def make_export_job(args: argparse.Namespace) -> ExportJob:
         and file_shot is not None
     ):
         options = replace(options, shot_name=Path(args.shot).name.split(".")[0])
-    look, kept_channels = _picture_look(args, shot), _channels_to_keep(args, shot)
+    display, kept_channels = _picture_display(args, shot), _channels_to_keep(args, shot)
     pinhole = pinhole_options(args)
     return ExportJob(
         shot=shot,
         frames=frames,
         output=output,
         options=options,
-        look=look,
+        display_settings=display,
         keep=kept_channels,
         pinhole=args.pinhole,
         pinhole_options=pinhole,
@@ -286,12 +286,12 @@ def _requested_frames(args: argparse.Namespace, shot: Shot) -> tuple[int, ...]:
     return frames
 
 
-def _picture_look(args: argparse.Namespace, shot: Shot) -> DisplayLook:
-    """Return the look of pictures; EXR output needs none, and no config is loaded."""
+def _picture_display(args: argparse.Namespace, shot: Shot) -> DisplaySettings:
+    """Return the display settings of pictures; EXR output needs none, and no config is loaded."""
     if parse_output(args.output).is_exr:
-        return DisplayLook()
+        return DisplaySettings()
     canvases = (
         getattr(args, "canvases", ()) if args.framing is None else read_canvases(args.framing)
     )
     guides = replace(Guides(**given_fields(args, Guides)), canvases=canvases)
-    return replace(display_look(args, shot_header(shot), shot.grade), guides=guides)
+    return replace(display_settings(args, shot_header(shot), shot.grade), guides=guides)

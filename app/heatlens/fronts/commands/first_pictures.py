@@ -18,7 +18,7 @@ from heatlens.fronts.commands.output.progress_line import progress_line
 from heatlens.fronts.commands.output.say import print_messages
 from heatlens.media.color.color_config import load_color_config
 from heatlens.media.color.view_transform import ViewTransform, view_transform
-from heatlens.media.files.atomic_file import write_whole
+from heatlens.media.files.atomic_file import write_atomically
 from heatlens.media.files.picture_encoding import encode_picture
 from heatlens.media.plate.picture.picture_write import write_png
 from heatlens.media.scene.demo import demo_shot
@@ -43,7 +43,7 @@ def make_first_pictures(error: NoWindowError) -> int:
     picture = heatlens.open(plate).render(focus_at=_FRUIT)
     write_png(still, picture[..., :3], encode=view.apply_cpu)
     print(f"{still}    the still life, focus on the fruit", flush=True)
-    write_whole(pull, _animation(list(_render_frames(view))))
+    write_atomically(pull, _animation(list(_render_frames(view))))
     print(f"{pull}    the street at night, the focus pulled from one walker to the next")
     command, plate_name = start_command(), quoted(str(_relative_path(plate)))
     print(

@@ -9,12 +9,12 @@ from pathlib import Path
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
-from heatlens.deliver.export.job import DisplayLook
+from heatlens.deliver.export.job import DisplaySettings
 from heatlens.fronts.commands.options.device_option import add_device_option, use_device
 from heatlens.fronts.commands.options.display_options import (
     add_display_options,
     color_header,
-    display_look,
+    display_settings,
     print_view_transform,
 )
 from heatlens.fronts.commands.options.field_options import add_blur_options, settings_of
@@ -135,7 +135,7 @@ def _render(args: argparse.Namespace) -> None:
     start_s = time.perf_counter()
     settings = _check_arguments(args)
     channel_names = _channels_to_keep(args, settings)
-    look = _display_look_of_output(args)
+    display = _display_settings_of_output(args)
     use_device(args)
     renderer = headless_renderer()
     renderer.stopwatch.is_on = args.stats
@@ -162,7 +162,7 @@ def _render(args: argparse.Namespace) -> None:
             *(args.output, pixels, plate, lens, settings.proxy),
             half=not args.float,
             compression=args.compression or plate.compression or "zip",
-            encode=encode_srgb if look is None else _encode_function(look, renderer),
+            encode=encode_srgb if display is None else _encode_function(display, renderer),
             more_channels=_depth_channel(args, plate),
             more_attributes=plate_attributes,
             kept_channels=plate_channels,
@@ -216,7 +216,7 @@ def _is_exr(args: argparse.Namespace) -> bool:
 
 
 def _refuse_look_for_exr(args: argparse.Namespace) -> None:
-    """Raise InputError for options of the look if the output is an EXR."""
+    """Raise InputError for options of the display if the output is an EXR."""
     look_options = changed_options(args, add_display_options)
     if look_options and _is_exr(args):
         if args.ocio is not None:
@@ -243,19 +243,21 @@ def _channels_to_keep(args: argparse.Namespace, settings: DefocusSettings) -> tu
     return parse_kept_channels(args, single_source(args.plate, options), options, settings.proxy)
 
 
-def _display_look_of_output(args: argparse.Namespace) -> DisplayLook | None:
-    """Return the look of the output; None for an EXR, which stays scene-linear."""
+def _display_settings_of_output(args: argparse.Namespace) -> DisplaySettings | None:
+    """Return the display settings of the output; None for an EXR, which stays scene-linear."""
     if _is_exr(args):
         return None
     options = plate_options(args)
     header = color_header(single_source(args.plate, options).first_file, options)
-    return display_look(args, header)
+    return display_settings(args, header)
 
 
-def _encode_function(look: DisplayLook, renderer: FrameRenderer) -> Encode:
+def _encode_function(display: DisplaySettings, renderer: FrameRenderer) -> Encode:
     """Return the function that encodes light for the output by the view transform."""
-    print_view_transform(look.transform)
-    return DisplayValues(renderer.ctx, look.transform, look.exposure_stops, look.gamma).encode
+    print_view_transform(display.transform)
+    return DisplayValues(
+        renderer.ctx, display.transform, display.exposure_stops, display.gamma
+    ).encode
 
 
 def _print_stats(renderer: FrameRenderer, times_s: tuple[float, float, float, float]) -> None:

@@ -45,7 +45,7 @@ from heatlens.media.live.ring.sources import RingInput
 from heatlens.media.live.stream.address import DEFAULT_PORT, parse_address
 from heatlens.media.scene.scene_read import DEMO, is_demo
 from heatlens.render.source.named import source_named
-from heatlens.studio.board.window_door import hand_over
+from heatlens.studio.board.window_handover import hand_over
 from heatlens.studio.share.address import Role, ShareOptions, parse_share_address
 from heatlens.studio.share.sharing import Sharing, qr_code_text
 

@@ -15,7 +15,7 @@ from heatlens.media.camera.shoot_table import is_shoot_table, read_shoot_table, 
 from heatlens.media.camera.usd_read import USD_SUFFIXES, read_usd_camera, split_prim
 from heatlens.media.camera.usd_write import METERS_PER_UNIT, usd_bytes
 from heatlens.media.documents.shot_file import SHOT_SUFFIX
-from heatlens.media.files.atomic_file import write_whole
+from heatlens.media.files.atomic_file import write_atomically
 from heatlens.media.plate.opening_picture import read_relative_image, with_relative_path
 
 CAMERA_SUFFIXES = (".usda", ".usd", ".usdc", ".nk", ".json", ".csv", ".py")
@@ -54,7 +54,7 @@ def write_camera(
     if image is not None and suffix in _WITH_RELATIVE_IMAGE:
         camera = replace(camera, aperture_image=with_relative_path(image, path.parent))
     data = _encode_camera(suffix, camera, meters_per_unit, holds_inverse)
-    write_whole(path, data)
+    write_atomically(path, data)
 
 
 def unsupported_notes(path: str | os.PathLike[str], camera: CameraSamples) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.reel import Reel, ReelShot, Retime
 from heatlens.media.documents.edit_file import EDIT_SUFFIXES, EditOptions, read_edit
 from heatlens.media.documents.shot_file import absolute_source, relative_source
-from heatlens.media.files.atomic_file import write_whole
+from heatlens.media.files.atomic_file import write_atomically
 from heatlens.media.files.json_record import JsonEntry, read_json, record_to_json
 
 REEL_SUFFIX = ".heatreel.json"
@@ -64,7 +64,7 @@ def write_reel(path: Path, reel: Reel) -> None:
     }
     if len(reel.shots) in gaps:
         entries["gap_after"] = gaps[len(reel.shots)]
-    write_whole(path, (json.dumps(entries, indent=2, ensure_ascii=False) + "\n").encode())
+    write_atomically(path, (json.dumps(entries, indent=2, ensure_ascii=False) + "\n").encode())
 
 
 def _read_gap(entry: JsonEntry) -> int:

@@ -30,7 +30,7 @@ from heatlens.core.model.shot.look import Look
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import LensCurves, Shot
-from heatlens.media.files.atomic_file import write_whole
+from heatlens.media.files.atomic_file import write_atomically
 from heatlens.media.files.json_record import JsonEntry, read_json, record_to_json, to_json
 from heatlens.media.plate.opening_picture import (
     absolute_path,
@@ -161,7 +161,7 @@ def _write_json(path: Path, shot: Shot) -> None:
     text = _format_json(shot_to_json(shot, path.parent)) + "\n"
     # File names that are not valid Unicode cannot be written as UTF-8; JSON reads their escapes.
     data = text.encode("utf-8", "backslashreplace")
-    write_whole(path, data)
+    write_atomically(path, data)
 
 
 def _format_json(value: object, indent: str = "") -> str:

@@ -38,7 +38,7 @@ _MACHINE = _machine_digits()  # folders may be shared between machines, which re
 _NEW_FILE |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
-def write_whole(
+def write_atomically(
     path: str | os.PathLike[str], data: bytes, mode: int = _FOR_ALL, follows_links: bool = True
 ) -> None:
     """Write `data` to `path`, or leave an existing file there unchanged.
@@ -70,7 +70,7 @@ def replace_atomically(
 
     The old file stays until then, and after an error. If `path` is a link, its target is replaced;
     without `follows_links`, for folders in which others may put links, the link itself. The yielded
-    path is an empty file with a short random name. Use `write_whole` if all bytes are in memory.
+    path is an empty file with a short random name. `write_atomically` writes bytes from memory.
     Raises InputError if the file cannot be written.
     """
     target = Path(os.path.realpath(path) if follows_links else path)

@@ -66,7 +66,7 @@ def dpx_marks(path: Path) -> dict[str, str]:
     return parse_marks(header[_PROJECT].partition(b"\0")[0])
 
 
-def is_whole_dpx(file: BinaryIO, size: int) -> bool:
+def is_complete_dpx(file: BinaryIO, size: int) -> bool:
     """Return True if the file is as long as its header says; `size` is its length in bytes."""
     header = file.read(_HEADER_BYTES)
     (length,) = struct.unpack_from(f"{_ORDERS[header[:4]]}I", header, _FILE_SIZE)

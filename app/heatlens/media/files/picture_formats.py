@@ -53,7 +53,7 @@ class Writing:
     note: str
     encoded: Callable[["Stored", Mapping[str, str]], bytes]
     marks: Callable[[Path], dict[str, str]]
-    is_whole: Callable[[BinaryIO, int], bool]
+    is_complete: Callable[[BinaryIO, int], bool]
     bits: int = 8
     keeps_alpha: bool = True
     most_px: int = 65535
@@ -89,7 +89,7 @@ FORMATS = [
         (".png",),
         (b"\x89PNG",),
         ("PNG",),
-        _by_pillow("8 bits", encoded=_encoding("png_bytes"), is_whole=is_complete_png),
+        _by_pillow("8 bits", encoded=_encoding("png_bytes"), is_complete=is_complete_png),
     ),
     PictureFormat(
         "JPEG",
@@ -99,7 +99,7 @@ FORMATS = [
         _by_pillow(
             "8 bits, with losses",
             encoded=_encoding("jpeg_bytes"),
-            is_whole=is_complete_jpeg,
+            is_complete=is_complete_jpeg,
             keeps_alpha=False,
         ),
     ),
@@ -108,7 +108,7 @@ FORMATS = [
         (".tif", ".tiff"),
         (b"II*\0", b"MM\0*"),
         ("TIFF",),
-        _by_pillow("8 bits", encoded=_encoding("tiff_bytes"), is_whole=is_complete_tiff),
+        _by_pillow("8 bits", encoded=_encoding("tiff_bytes"), is_complete=is_complete_tiff),
     ),
     PictureFormat("HEIC", (".heic", ".heif"), of_pillow=("HEIF",)),
     PictureFormat(
@@ -119,7 +119,7 @@ FORMATS = [
         _by_pillow(
             "8 bits, with losses as in JPEG, and transparency",
             encoded=_encoding("webp_bytes"),
-            is_whole=is_complete_webp,
+            is_complete=is_complete_webp,
             most_px=16383,
         ),
     ),
@@ -131,7 +131,7 @@ FORMATS = [
             "10 bits, as displayed and not the log of film",
             _dpx("dpx_bytes"),
             _dpx("dpx_marks"),
-            _dpx("is_whole_dpx"),
+            _dpx("is_complete_dpx"),
             bits=10,
             keeps_alpha=False,
             require=_dpx("require_openimageio"),

@@ -57,39 +57,39 @@ class PartSurfaces:
         return self.lists.packed_lists.words.size // FRAGMENT_BYTES
 
     @property
-    def is_whole(self) -> bool:
+    def has_all_depths(self) -> bool:
         """True if all surfaces are seen, and not only those behind the focus."""
         return self.least_px is None
 
     @property
     def name(self) -> str:
         """The name of the memory of their views."""
-        return "whole" if self.is_whole else "far"
+        return "whole" if self.has_all_depths else "far"
 
     @property
     def pass_name(self) -> str:
         """The name of the pass that draws their views."""
-        return WHOLE_PARTS if self.is_whole else FAR_PARTS
+        return WHOLE_PARTS if self.has_all_depths else FAR_PARTS
 
     @property
     def defines(self) -> dict[str, object]:
         """The version of the programs."""
-        return {"ALL_DEPTHS": 1} if self.is_whole else {}
+        return {"ALL_DEPTHS": 1} if self.has_all_depths else {}
 
     def widest_px(self, optics: Optics) -> float:
         """Return the largest coc of the surfaces, pixels."""
-        return max(optics.farthest_px, -optics.nearest_px if self.is_whole else 0.0)
+        return max(optics.farthest_px, -optics.nearest_px if self.has_all_depths else 0.0)
 
     @property
     def textures(self) -> dict[str, Texture]:
         """The textures of lib/surface_numbers.lib.glsl."""
-        return {"coc_tx": self.coc} | ({} if self.is_whole else {"color_tx": self.color})
+        return {"coc_tx": self.coc} | ({} if self.has_all_depths else {"color_tx": self.color})
 
     @property
     def surface_count(self) -> int:
         """The number of surfaces; with pixels taken apart, each pixel has two."""
         width, height = self.coc.size
-        return self.front_first + width * height * (2 if self.is_whole else 1)
+        return self.front_first + width * height * (2 if self.has_all_depths else 1)
 
     @property
     def uniforms(self) -> dict[str, object]:
@@ -186,7 +186,7 @@ class OverlapZones:
             | {"part_scale": _part_scale(surfaces, parts)}
             | _edge_uniforms(surfaces),
         )
-        widest_px = -optics.nearest_px if surfaces.is_whole else optics.farthest_px
+        widest_px = -optics.nearest_px if surfaces.has_all_depths else optics.farthest_px
         reach_px = max(optics.disc.half_extents) * widest_px / 2 + _MARGIN_PX
         reach = {"reach_blocks": min(math.ceil(reach_px / FAR_BLOCK), max(size))}
         for source, target, direction in ((zone, zone_rows, (1, 0)), (zone_rows, zone, (0, 1))):
@@ -269,7 +269,7 @@ def _near_along(blocks: NDArray[np.bool_], margin: int) -> NDArray[np.bool_]:
 
 def _edge_uniforms(surfaces: PartSurfaces) -> dict[str, object]:
     """Return the limits at which the edges of surfaces make zones."""
-    if surfaces.is_whole:
+    if surfaces.has_all_depths:
         return {"nearest_px": FRONT_FROM_PX}
     return _GUESSED_EDGES if surfaces.is_guessed else _KNOWN_EDGES
 

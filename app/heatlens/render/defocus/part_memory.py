@@ -71,7 +71,7 @@ class ViewMemory:
             scratch.texture(f"{name} coc", (width, height), 1),
             scratch.buffer(f"{name} heads", WORD_BYTES * (width + 1) * (height + 1)),
             scratch.buffer(f"{name} links", _LINK_BYTES * surfaces.surface_count),
-            FrontMemory.of((width, height), scratch) if surfaces.is_whole else None,
+            FrontMemory.of((width, height), scratch) if surfaces.has_all_depths else None,
         )
 
     @property

@@ -77,7 +77,7 @@ class PartViews:
 
     total: Texture
     zone: OverlapZone
-    is_whole: bool = False
+    has_all_depths: bool = False
 
 
 @dataclass(frozen=True)
@@ -109,14 +109,16 @@ class PartViewsPass:
         self._zones = OverlapZones(ctx)
         self._programs: dict[tuple[str, bool, bool], ComputeProgram] = {}
 
-    def _program(self, name: str, is_whole: bool = False, positions: int = 1) -> ComputeProgram:
+    def _program(
+        self, name: str, has_all_depths: bool = False, positions: int = 1
+    ) -> ComputeProgram:
         """Return the program part_`name`, which is built when it is first used.
 
         With several `positions`, the part of the lens varies over the picture.
         """
-        key = name, is_whole, positions > 1
+        key = name, has_all_depths, positions > 1
         if key not in self._programs:
-            defines = {"ALL_DEPTHS": 1} if is_whole else {}
+            defines = {"ALL_DEPTHS": 1} if has_all_depths else {}
             defines |= {"PART_VARIES": 1} if positions > 1 else {}
             self._programs[key] = ComputeProgram(
                 self._ctx, f"defocus/part_{name}.comp.glsl", defines
@@ -164,7 +166,7 @@ class PartViewsPass:
                 for _ in steps:
                     yield surfaces.pass_name
         yield scratch.end_pass(surfaces.pass_name)
-        return PartViews(total, zone, surfaces.is_whole)
+        return PartViews(total, zone, surfaces.has_all_depths)
 
     def _take_pixels_apart(self, surfaces: PartSurfaces, memory: ViewMemory) -> Iterator[None]:
         """Write the surfaces of each pixel for views of all depths; do nothing for other views."""
@@ -190,11 +192,11 @@ class PartViewsPass:
         buffers = surfaces.lists.buffers | zone.buffers | memory.surface_buffers
         size = surfaces.coc.size
         links, view = (
-            self._program(name, surfaces.is_whole, len(part)) for name in ("links", "view")
+            self._program(name, surfaces.has_all_depths, len(part)) for name in ("links", "view")
         )
         yield from self._bands.run(links, size, uniforms, textures=textures, buffers=buffers)
         yield from self._order_lists(size, memory)
-        if surfaces.is_whole:
+        if surfaces.has_all_depths:
             uniforms |= {"front_px": -FAR_FROM_PX}
         images = memory.drawn_images
         yield from self._bands.run(
@@ -252,7 +254,7 @@ class PartViewsPass:
             pixel_groups(out.size),
             textures={"sum_tx": field.total, "zone_tx": field.zone.blocks},
             images={"out_color_img": out},
-            uniforms=_WHOLLY_KNOWN if field.is_whole else _PARTLY_KNOWN,
+            uniforms=_WHOLLY_KNOWN if field.has_all_depths else _PARTLY_KNOWN,
         )
 
     # The picture changes gradually to the one with the far field, as the zones grow. A zone

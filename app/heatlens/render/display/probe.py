@@ -13,7 +13,7 @@ from heatlens.core.model.lens.lens import Lens, measured_text
 from heatlens.media.plate.coc_line import line_of
 from heatlens.media.plate.plate import Plate
 from heatlens.render.gpu.device import Device, Framebuffer, Texture
-from heatlens.render.preview.shown import Shown
+from heatlens.render.preview.shown import ShownPicture
 
 _FOCUS_LEAST = 1.02  # nearest focus distance in focal lengths
 
@@ -41,7 +41,7 @@ class PictureReader:
         self._framebuffer: tuple[Texture, Framebuffer] | None = None
         self._last: tuple[object, Rgba] | None = None
 
-    def pixel(self, shown: Shown, version: object, at: tuple[int, int]) -> Rgba:
+    def pixel(self, shown: ShownPicture, version: object, at: tuple[int, int]) -> Rgba:
         """Return RGBA of the texel `at` (column, row) of the shown picture, as floats.
 
         `version` changes whenever the content of the texture does.
@@ -87,7 +87,7 @@ def probe_at(
     pixel: tuple[int, int],
     plate: Plate,
     lens: Lens,
-    shown: Shown,
+    shown: ShownPicture,
     version: object,
     reader: PictureReader,
     frame_px: tuple[int, int] | None = None,

@@ -15,7 +15,7 @@ Draw = Callable[[Texture], None]  # draws the display values of a frame into a t
 MOST_BYTES = 512 << 20  # memory of all kept frames
 
 
-class ScreenLook(NamedTuple):
+class ScreenTransform(NamedTuple):
     """All that decides how scene-linear light looks on the screen."""
 
     exposure_stops: float
@@ -29,7 +29,7 @@ class _Frame:
     """The display values of a frame, and the look with which they were drawn."""
 
     texture: Texture
-    look: ScreenLook | None  # None until it is drawn
+    transform: ScreenTransform | None  # None until it is drawn
 
 
 # The view transform of 1920x1080 takes llvmpipe 94 to 257 ms, more than a frame lasts. The caller
@@ -44,9 +44,9 @@ class ScreenFrames:
         self._frames: dict[str, _Frame] = {}
         self.bytes_in_use = 0
 
-    def has_frame(self, key: str, look: ScreenLook) -> bool:
+    def has_frame(self, key: str, transform: ScreenTransform) -> bool:
         """Return True if the frame is kept with this look."""
-        return key in self._frames and self._frames[key].look == look
+        return key in self._frames and self._frames[key].transform == transform
 
     def can_fit(self, key: str, size: tuple[int, int], planned: Collection[str]) -> bool:
         """Return True if a frame of this size fits beside the kept frames among `planned`.
@@ -65,7 +65,7 @@ class ScreenFrames:
     def texture(
         self,
         key: str,
-        look: ScreenLook,
+        transform: ScreenTransform,
         size: tuple[int, int],
         planned: Collection[str],
         draw: Draw,
@@ -83,9 +83,9 @@ class ScreenFrames:
             self._frames[key] = _Frame(self._new_texture(size), None)
             self.bytes_in_use += _bytes(size)
         frame = self._frames[key]
-        if frame.look != look:
+        if frame.transform != transform:
             draw(frame.texture)
-            frame.look = look
+            frame.transform = transform
         return frame.texture
 
     def clear(self) -> None:

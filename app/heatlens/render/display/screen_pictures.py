@@ -13,10 +13,10 @@ from heatlens.render.defocus.quality import layers_for
 from heatlens.render.display.display_pass import DisplayPass
 from heatlens.render.display.overlay_pass import OverlayPass
 from heatlens.render.display.picture_pass import Detail, EnlargePass, FocusMeanPass
-from heatlens.render.display.screen_frames import ScreenLook
+from heatlens.render.display.screen_frames import ScreenTransform
 from heatlens.render.gpu.device import Device, Texture
 from heatlens.render.gpu.textures import TexturePool
-from heatlens.render.preview.shown import Shown
+from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.source.pinhole import Pinhole, optics_of, pinhole_optics
 
 MIPMAPS_UNDER = 0.6  # screen pixels per texel below which a picture without mipmaps would alias
@@ -75,27 +75,27 @@ class ScreenPictures:
         self.with_mipmaps = False  # True if pictures are so small that they would alias
 
     def a(
-        self, shown: Shown, version: object, plate: Pinhole, view: ViewState, b: Texture
+        self, shown: ShownPicture, version: object, plate: Pinhole, view: ViewState, b: Texture
     ) -> Texture:
         """Return A: the picture through the lens, the pinhole picture, or A's difference from B.
 
         `version` changes with the content of `shown`. `b` is the scene-linear picture of side B.
         """
         source = shown.texture if view.depth_of_field else plate.color
-        look = self._screen_look(view)
+        transform = self._screen_transform(view)
         is_difference = view.compare is Compare.DIFFERENCE
-        key: Key = (version, plate, view.depth_of_field, look)
+        key: Key = (version, plate, view.depth_of_field, transform)
         key += (is_difference, view.difference_gain, b) if is_difference else ()
         if self._a.needs_update(source.size, key):
             out = self._a.texture
             assert out is not None
             if is_difference:
                 self.display.run_difference(
-                    source, b, out, look.exposure_stops, look.gamma, view.difference_gain
+                    source, b, out, transform.exposure_stops, transform.gamma, view.difference_gain
                 )
             else:
                 is_enlarged = view.depth_of_field and _is_reduced_preview(shown)
-                self._display(source, out, look, is_enlarged)
+                self._display(source, out, transform, is_enlarged)
             self._update_mipmaps(out)
         assert self._a.texture is not None
         return self._a.texture
@@ -109,21 +109,25 @@ class ScreenPictures:
         """
         is_pinhole = source is plate.color
         target = self._pinhole if is_pinhole else self._b
-        look = self._screen_look(view)
-        if target.needs_update(source.size, (plate if is_pinhole else (source, version), look)):
+        transform = self._screen_transform(view)
+        if target.needs_update(
+            source.size, (plate if is_pinhole else (source, version), transform)
+        ):
             assert target.texture is not None
-            self.display.run(source, target.texture, look.exposure_stops, look.gamma)
+            self.display.run(source, target.texture, transform.exposure_stops, transform.gamma)
             self._update_mipmaps(target.texture)
         assert target.texture is not None
         return target.texture
 
-    def tile(self, name: str, shown: Shown, view: ViewState) -> Texture:
+    def tile(self, name: str, shown: ShownPicture, view: ViewState) -> Texture:
         """Return the picture of a look, for showing several looks at once."""
         target = self._tiles.setdefault(name, _Target(self._ctx, "a look on the screen"))
-        look = self._screen_look(view)
-        if target.needs_update(shown.texture.size, (shown, look)):
+        transform = self._screen_transform(view)
+        if target.needs_update(shown.texture.size, (shown, transform)):
             assert target.texture is not None
-            self.display.run(shown.texture, target.texture, look.exposure_stops, look.gamma)
+            self.display.run(
+                shown.texture, target.texture, transform.exposure_stops, transform.gamma
+            )
             self._update_mipmaps(target.texture)
         assert target.texture is not None
         return target.texture
@@ -141,7 +145,7 @@ class ScreenPictures:
             if texture is not None:
                 texture.release()
 
-    def detail(self, shown: Shown, plate: Pinhole, view: ViewState) -> Detail | None:
+    def detail(self, shown: ShownPicture, plate: Pinhole, view: ViewState) -> Detail | None:
         """Return the detail in focus that a preview lacks; None for a whole picture."""
         if not _is_reduced_preview(shown) or shown.shot.lens.breathing != 1.0:
             return None  # breathing scales the picture relative to the plate
@@ -161,15 +165,15 @@ class ScreenPictures:
     def _fine_plate(self, plate: Pinhole, proxy: float, view: ViewState) -> Texture:
         """Return the plate as display values, at the size of the picture at rest."""
         size = proxy_size(plate.color.size, proxy)
-        look = self._screen_look(view)
+        transform = self._screen_transform(view)
         target = self._fine
-        if target.needs_update(size, (plate, look)):
+        if target.needs_update(size, (plate, transform)):
             assert target.texture is not None
             self.display.run(
                 self._reduce_plate("fine plate", plate, size),
                 target.texture,
-                look.exposure_stops,
-                look.gamma,
+                transform.exposure_stops,
+                transform.gamma,
             )
             self._update_mipmaps(target.texture)
         assert target.texture is not None
@@ -180,9 +184,9 @@ class ScreenPictures:
     ) -> Texture:
         """Return the part of the plate in focus as display values, at the size of a preview."""
         size = proxy_size(plate.color.size, proxy)
-        look = self._screen_look(view)
+        transform = self._screen_transform(view)
         target = self._coarse
-        if target.needs_update(size, (plate, look, line)):
+        if target.needs_update(size, (plate, transform, line)):
             if self._coarse_plate_key != (plate, size):
                 self._reduce_plate("coarse plate", plate, size)
                 self._coarse_plate_key = plate, size
@@ -190,7 +194,7 @@ class ScreenPictures:
             focused = self._pool.texture("coarse plate in focus", size, 4)
             self._focus_mean.run(plate.color, plate.depth, line, mean, focused)
             assert target.texture is not None
-            self._display(focused, target.texture, look, is_enlarged=True)
+            self._display(focused, target.texture, transform, is_enlarged=True)
             self._update_mipmaps(target.texture)
         assert target.texture is not None
         return target.texture
@@ -202,21 +206,23 @@ class ScreenPictures:
         self._proxy.run(plate.color, plate.depth, 1.0, color, depth)
         return color
 
-    def _display(self, source: Texture, out: Texture, look: ScreenLook, is_enlarged: bool) -> None:
+    def _display(
+        self, source: Texture, out: Texture, transform: ScreenTransform, is_enlarged: bool
+    ) -> None:
         """Write display values to `out`, sharpened if the screen will enlarge them.
 
         The screen enlarges a small preview bilinearly, which softens it.
         """
         if not is_enlarged:
-            self.display.run(source, out, look.exposure_stops, look.gamma)
+            self.display.run(source, out, transform.exposure_stops, transform.gamma)
             return
         small = self._pool.texture("shown small", source.size, 4, "f2")
-        self.display.run(source, small, look.exposure_stops, look.gamma)
+        self.display.run(source, small, transform.exposure_stops, transform.gamma)
         self._sharpen_for_enlarging.run(small, out)
 
-    def _screen_look(self, view: ViewState) -> ScreenLook:
+    def _screen_transform(self, view: ViewState) -> ScreenTransform:
         """Return everything besides the light that decides how a picture looks on the screen."""
-        return ScreenLook(
+        return ScreenTransform(
             view.exposure_stops, view.gamma, self.transform_version, self.with_mipmaps
         )
 
@@ -226,7 +232,7 @@ class ScreenPictures:
             texture.build_mipmaps()
 
     def overlay(
-        self, plate: Pinhole, shot: Shot, frame: int, view: ViewState, shown: Shown
+        self, plate: Pinhole, shot: Shot, frame: int, view: ViewState, shown: ShownPicture
     ) -> Texture:
         """Return the colors of the overlay and the peaking for the current lens.
 
@@ -251,7 +257,7 @@ class ScreenPictures:
         return self._overlay.texture
 
 
-def _is_reduced_preview(shown: Shown) -> bool:
+def _is_reduced_preview(shown: ShownPicture) -> bool:
     """Return True for a preview that is smaller than the final picture."""
     return shown.settings.proxy < shown.shot.defocus.proxy
 
@@ -263,7 +269,7 @@ def layer_limits_px(optics: Optics, shot: Shot) -> tuple[float, ...]:
 
 
 def picture_of_b(
-    view: ViewState, plate: Pinhole, reference: Texture | None, method_picture: Shown | None
+    view: ViewState, plate: Pinhole, reference: Texture | None, method_picture: ShownPicture | None
 ) -> Texture:
     """Return the picture of side B: the chosen one if available, else the pinhole picture."""
     if method_picture is not None:

@@ -34,7 +34,7 @@ def whole_picture(shot: Shot, frame: int, plate: int) -> PictureKey:
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class ShownPicture:
     """A picture on the GPU.
 
     texture   scene-linear light

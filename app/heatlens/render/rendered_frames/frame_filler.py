@@ -15,7 +15,7 @@ from heatlens.media.sequence.sequence import Stamp, stamp_of
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
-from heatlens.render.rendered_frames.kept_pictures import RenderedPicture
+from heatlens.render.rendered_frames.cached_pictures import RenderedPicture
 from heatlens.render.source.source import Source, StampedFile
 
 _WAITING = "waiting for a plate"  # name of a step in which there is nothing to render

@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from heatlens.core.base.background import Threads
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.faults import report_faults
-from heatlens.render.rendered_frames.kept_pictures import (
+from heatlens.render.rendered_frames.cached_pictures import (
+    CachedPicture,
     DiskStore,
-    KeptPicture,
     MemoryStore,
     RenderedPicture,
     default_memory_bytes,
@@ -81,7 +81,7 @@ class FrameStore:
             limits.append(self.disk.limit_bytes // (picture_bytes + _FILE_EXTRA_BYTES))
         return max(limits)
 
-    def put(self, key: str, picture: RenderedPicture | KeptPicture) -> None:
+    def put(self, key: str, picture: RenderedPicture | CachedPicture) -> None:
         """Store a picture on a thread, first in memory, then on disk."""
         with self._lock:
             self._writing.add(key)
@@ -127,7 +127,7 @@ class FrameStore:
         self._loader.close()
         self._writer.shutdown(wait=True)
 
-    def _store(self, key: str, picture: RenderedPicture | KeptPicture, generation: int) -> None:
+    def _store(self, key: str, picture: RenderedPicture | CachedPicture, generation: int) -> None:
         """Convert a picture to half floats and store it, unless the store was cleared meanwhile."""
         try:
             if generation == self._generation:
@@ -141,7 +141,7 @@ class FrameStore:
                 self._writing.discard(key)
             self._notify_change()
 
-    def _save(self, key: str, picture: KeptPicture) -> None:
+    def _save(self, key: str, picture: CachedPicture) -> None:
         """Save a picture to the disk too, unless that has failed before."""
         if self.disk is None or self._is_disk_refused:
             return

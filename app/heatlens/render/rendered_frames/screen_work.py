@@ -5,16 +5,16 @@ from dataclasses import dataclass
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.view.view import ViewState
 from heatlens.render.gpu.device import Texture
-from heatlens.render.preview.shown import Shown
-from heatlens.render.rendered_frames.kept_pictures import KeptPicture
+from heatlens.render.preview.shown import ShownPicture
+from heatlens.render.rendered_frames.cached_pictures import CachedPicture
 
 
 @dataclass(frozen=True, eq=False)
-class KeptFrame(Shown):
-    """A frame that was rendered before. `KeptScreen.upload` fills its texture."""
+class CachedFrame(ShownPicture):
+    """A frame that was rendered before. `CachedScreen.upload` fills its texture."""
 
     key: str = ""
-    picture: KeptPicture | None = None
+    picture: CachedPicture | None = None
 
     @property
     def is_whole(self) -> bool:
@@ -30,24 +30,24 @@ class ScreenWork:
         """Return True while a frame in memory is not yet converted for the screen."""
         return False
 
-    def frame_at_playhead(self) -> Shown | None:
+    def frame_at_playhead(self) -> ShownPicture | None:
         """Return the kept picture of the frame at the playhead; None if there is none."""
         return None
 
-    def upload(self, kept_frame: Shown) -> Shown:
+    def upload(self, cached_frame: ShownPicture) -> ShownPicture:
         """Return the same picture with its texture filled."""
-        return kept_frame
+        return cached_frame
 
-    def windows(self, kept_frame: Shown) -> tuple[Box, Box] | None:
+    def windows(self, cached_frame: ShownPicture) -> tuple[Box, Box] | None:
         """Return data and display window of a kept frame; None if they are the current ones."""
         return None
 
-    def texture(self, kept_frame: KeptFrame, view: ViewState) -> Texture:
+    def texture(self, cached_frame: CachedFrame, view: ViewState) -> Texture:
         """Return a kept frame in the colors of the screen.
 
         The exposure of `view` includes the transmission of the lens.
         """
-        return kept_frame.texture
+        return cached_frame.texture
 
     def prepare(self) -> None:
         """Convert one more frame for the screen."""

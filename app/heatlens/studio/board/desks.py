@@ -23,8 +23,8 @@ from heatlens.studio.session.keys.key_commands import KeyCommands
 from heatlens.studio.session.lens.lens_commands import LensCommands
 from heatlens.studio.session.lens.lens_imports import FramingImport
 from heatlens.studio.session.live.pull_recording import PullRecording
-from heatlens.studio.session.live.ring_hand import RingHand, RingOut
-from heatlens.studio.session.live.ring_take import RingTake
+from heatlens.studio.session.live.ring_follower import RingFollower, RingOut
+from heatlens.studio.session.live.ring_recording import RingRecording
 from heatlens.studio.session.live.sent_lens import SentLens
 from heatlens.studio.session.marks.mark_commands import MarkCommands
 from heatlens.studio.session.marks.mark_measuring import SceneMarkTracks
@@ -35,10 +35,10 @@ from heatlens.studio.session.pictures.picture_commands import PictureCommands
 from heatlens.studio.session.pictures.picture_view import PictureDisplay
 from heatlens.studio.session.pictures.view_commands import ReferenceLoader, ViewCommands
 from heatlens.studio.session.playing.ahead_jobs import AheadJobs
+from heatlens.studio.session.playing.cached_screen import CachedScreen
 from heatlens.studio.session.playing.cluster_frames import ClusterFrames, WholePictures
 from heatlens.studio.session.playing.frame_player import FramePlayer
 from heatlens.studio.session.playing.frames_ahead import FramesAhead, store_of
-from heatlens.studio.session.playing.kept_screen import KeptScreen
 from heatlens.studio.session.playing.render_scheduler import RenderScheduler, VisibleWork
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shared import Shared
@@ -84,7 +84,7 @@ class LensDesk:
     def __init__(self, shared: Shared) -> None:
         start, editing, say = shared.command_line.start, shared.editing, shared.say
         self.commands = LensCommands(shared)
-        self.ring = RingHand(start.lens_in, editing, say, shared.preferences, wake=shared.wake)
+        self.ring = RingFollower(start.lens_in, editing, say, shared.preferences, wake=shared.wake)
         sent = SentLens(shared, self.commands)
         ring_out = RingOut(start.lens_out, editing, say, shared.source.timecode_at)
         self.workers: tuple[Worker, ...] = (sent, self.ring, ring_out)
@@ -126,15 +126,15 @@ class TimeDesk:
         def make_screen(frames_ahead: FramesAhead) -> ScreenWork:
             if screen is None:
                 return ScreenWork()
-            return KeptScreen(frames_ahead, source, editing, view, screen)
+            return CachedScreen(frames_ahead, source, editing, view, screen)
 
         self.frames_ahead = FramesAhead(
             *(shared, pictures.frame_jobs, pictures.frame_store, pictures.cluster, timeline, view),
             *(lambda: tracks.is_due, lambda: lens.ring.is_turning, make_screen),
         )
         self.player = FramePlayer(shared, timeline, self.frames_ahead)
-        ring_take = RingTake(lens.ring, source, editing)
-        self.recording = PullRecording(shared, timeline, rows, ring_take)
+        ring_recording = RingRecording(lens.ring, source, editing)
+        self.recording = PullRecording(shared, timeline, rows, ring_recording)
         self.scheduler = RenderScheduler(
             shared, pictures.sides, visible, self.frames_ahead, view, speed
         )

@@ -88,12 +88,12 @@ class Facts:
     # The picture through the lens: the one to show, whether it is the live one alone or kept frames
     # play, and how much of it is rendered, 0 to 1; None once it is complete.
     shown_picture = _Fact(lambda facts: facts._time.scheduler.shown_picture)
-    plays_kept_frames = _Fact(lambda facts: facts._time.frames_ahead.plays_kept_frames)
+    plays_cached_frames = _Fact(lambda facts: facts._time.frames_ahead.plays_cached_frames)
     is_live_alone = _Fact(
-        lambda facts: facts._pictures.view.is_lens_alone and not facts.plays_kept_frames
+        lambda facts: facts._pictures.view.is_lens_alone and not facts.plays_cached_frames
     )
     part_done = _Fact(
-        lambda facts: None if facts.plays_kept_frames else facts._pictures.live.rendered_share
+        lambda facts: None if facts.plays_cached_frames else facts._pictures.live.rendered_share
     )
     is_whole = _Fact(
         lambda facts: (

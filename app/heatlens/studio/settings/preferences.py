@@ -21,7 +21,7 @@ from heatlens.core.model.view.ui_sizes import SCALES
 from heatlens.core.model.view.view import ViewState
 from heatlens.deliver.farm.connection import SchedulerIdentity
 from heatlens.deliver.farm.export_place import HERE, ExportPlace, LeftExport
-from heatlens.media.files.atomic_file import FOR_THE_USER, write_whole
+from heatlens.media.files.atomic_file import FOR_THE_USER, write_atomically
 from heatlens.media.files.file_lock import lock_file
 from heatlens.media.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.media.live.ring.channel_map import ChannelMap
@@ -125,7 +125,7 @@ class Preferences:
             preferences.problem = f"{problem} Its settings are reset."
             copy_path = path.with_suffix(".damaged.json")
             with suppress(OSError, InputError):  # an empty file needs no copy, for example
-                write_whole(copy_path, read_file_bytes(path), FOR_THE_USER)
+                write_atomically(copy_path, read_file_bytes(path), FOR_THE_USER)
                 preferences.problem += f" The old ones are kept in {copy_path.name}."
         return preferences
 
@@ -157,7 +157,9 @@ class Preferences:
                         _values_from_json(read_json(path))[0], old_values, new_values
                     )
                 text = json.dumps(record_to_json(new_values), indent=2) + "\n"
-                write_whole(path, text.encode(), FOR_THE_USER)  # private: it names opened files
+                write_atomically(
+                    path, text.encode(), FOR_THE_USER
+                )  # private: it names opened files
         except (OSError, InputError) as error:
             self.path = None
             raise InputError(f"Preferences cannot be saved: {error}") from error

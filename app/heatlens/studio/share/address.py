@@ -16,7 +16,7 @@ from pathlib import Path
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.outside_text import host_and_port
 from heatlens.core.base.paths import is_of_user_alone, read_file_and_status
-from heatlens.media.files.atomic_file import FOR_THE_USER, write_whole
+from heatlens.media.files.atomic_file import FOR_THE_USER, write_atomically
 
 DEFAULT_PORT = 8870
 _OWN_HOST = "127.0.0.1"
@@ -138,7 +138,7 @@ def load_or_make_links(path: Path, is_new: bool = False) -> Links:
         links = new_links()
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         text = json.dumps({"hand": links.hand, "look": links.look})
-        write_whole(path, text.encode(), FOR_THE_USER, follows_links=False)
+        write_atomically(path, text.encode(), FOR_THE_USER, follows_links=False)
     return links
 
 

@@ -8,8 +8,8 @@ from heatlens.core.base.faults import report_faults
 from heatlens.media.files.still_text import still_of
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.device import Texture
-from heatlens.render.preview.shown import Shown
-from heatlens.render.rendered_frames.screen_work import KeptFrame
+from heatlens.render.preview.shown import ShownPicture
+from heatlens.render.rendered_frames.screen_work import CachedFrame
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.loop_turn import LoopTurn
 from heatlens.studio.board.session import Session
@@ -38,7 +38,7 @@ class HeadlessLoop:
         self._shared = shared
         self._wake_event = wake_event
         self.board = Board(session, self._still_of_picture)
-        self._kept_screen = session.time.frames_ahead.screen
+        self._cached_screen = session.time.frames_ahead.screen
         self._tap = Tap(session, self.board, shared)
         self._loop_turn = LoopTurn(session, screen)
 
@@ -110,16 +110,16 @@ class HeadlessLoop:
             return None
         view = facts.view.with_transmission(facts.lens)
         self._screen.with_mipmaps = False
-        windows = self._kept_screen.windows(shown) or facts.windows()
-        if isinstance(shown, KeptFrame):
-            return DisplayedPicture(self._kept_screen.texture(shown, view), *windows)
+        windows = self._cached_screen.windows(shown) or facts.windows()
+        if isinstance(shown, CachedFrame):
+            return DisplayedPicture(self._cached_screen.texture(shown, view), *windows)
         loaded = desk.renderer.loaded
         picture = self._screen.a(shown, desk.sides.outputs, loaded, view, shown.texture)
         is_of_plate = shown.plate == facts.plate_version and view.depth_of_field
         detail = self._screen.detail(shown, loaded, view) if is_of_plate else None
         return DisplayedPicture(picture, *windows, detail, self._overlay(shown))
 
-    def _overlay(self, shown: Shown) -> Texture | None:
+    def _overlay(self, shown: ShownPicture) -> Texture | None:
         """Return the overlay that lies over the picture; None without one."""
         facts = self._session.facts
         if not facts.view.has_overlay or not facts.has_lens:

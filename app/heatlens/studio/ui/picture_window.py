@@ -51,13 +51,13 @@ class PictureWindow:
         lessons: Lessons,
         ui: UiState,
         screen: ScreenPictures,
-        kept_screen: ScreenWork,
+        cached_screen: ScreenWork,
         lens: LensDesk,
         is_keyboard_taken: Callable[[], bool],
     ) -> None:
         self._facts, self._board, self._desk = facts, board, desk
         self._ui = ui
-        self._picture_collector = SeenPictures(facts, desk, screen, kept_screen)
+        self._picture_collector = SeenPictures(facts, desk, screen, cached_screen)
         ctx = desk.renderer.ctx
         self._start_screen = StartScreen(ctx)
         self._notice = StreamNotice()
@@ -138,7 +138,7 @@ class PictureWindow:
     def _draw_picture(self, pictures: Pictures | None, bar_height: float) -> None:
         """Draw the picture and everything over it, or the reason why there is none."""
         facts, stream = self._facts, self._facts.stream
-        if facts.is_black and not facts.plays_kept_frames:
+        if facts.is_black and not facts.plays_cached_frames:
             imgui.text_disabled(f"  Frame {facts.frame} has no file.")
         elif facts.is_waiting and stream is not None:
             draw_waiting(stream)
@@ -184,7 +184,7 @@ class PictureWindow:
         """Draw the loupe if it is on or Ctrl is held, unless a button is down or A is compared."""
         facts, ruler, pixel = self._facts, self._desk.commands.ruler, self.hovered_px
         is_plain = facts.view.compare is Compare.OFF and not (
-            facts.plays_kept_frames or ruler.is_on
+            facts.plays_cached_frames or ruler.is_on
         )
         is_held = self.ctrl.update(pixel is not None)
         if is_held and imgui.is_key_pressed(imgui.Key.y, False):

@@ -69,13 +69,13 @@ class Screen:
         self.typed_keys: Sequence[
             imgui.Key
         ] = ()  # keys that went down in this frame, in their order
-        self._pictures, kept_screen = pictures, time.frames_ahead.screen
+        self._pictures, cached_screen = pictures, time.frames_ahead.screen
         lessons = Lessons(session.editing, time.marks)
         self.picture = PictureWindow(
-            *(facts, board, desk, lessons, self.ui, self._pictures, kept_screen),
+            *(facts, board, desk, lessons, self.ui, self._pictures, cached_screen),
             *(session.lens, is_keyboard_taken),
         )
-        self.status = StatusBar(facts, desk, self.ui, kept_screen)
+        self.status = StatusBar(facts, desk, self.ui, cached_screen)
         self._panels = DockedPanels(session, board, self.ui, self._pictures)
 
     def _make_still(self) -> str | None:

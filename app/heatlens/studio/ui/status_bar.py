@@ -13,8 +13,8 @@ from heatlens.core.base.outside_text import printable
 from heatlens.core.model.view.view import Against, Compare, ViewState
 from heatlens.deliver.farm.export_process import ExportRun, ExportState
 from heatlens.render.display.probe import PictureReader, probe_at, probe_text
-from heatlens.render.preview.shown import Shown
-from heatlens.render.rendered_frames.screen_work import KeptFrame, ScreenWork
+from heatlens.render.preview.shown import ShownPicture
+from heatlens.render.rendered_frames.screen_work import CachedFrame, ScreenWork
 from heatlens.studio.board.desks import PictureDesk
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import probe, theme, widgets
@@ -119,10 +119,10 @@ class StatusBar:
         facts: Facts,
         desk: PictureDesk,
         ui: UiState,
-        kept_screen: ScreenWork,
+        cached_screen: ScreenWork,
     ) -> None:
         self._facts, self._desk = facts, desk
-        self._ui, self._kept_screen = ui, kept_screen
+        self._ui, self._cached_screen = ui, cached_screen
         self._reader = PictureReader(desk.renderer.ctx)
 
     def draw(self, hovered_px: tuple[int, int] | None) -> None:
@@ -203,13 +203,13 @@ class StatusBar:
     def _values_at(self, hovered_px: tuple[int, int] | None) -> str:
         """Return the values under the pointer; "" beside the picture, as on its margin."""
         facts, plate, picture = self._facts, self._facts.plate, self._facts.shown_picture
-        if plate is None or picture is None or hovered_px is None or facts.plays_kept_frames:
+        if plate is None or picture is None or hovered_px is None or facts.plays_cached_frames:
             return ""
         if facts.view.compare is Compare.GRID:
             return "Click a picture to take its look.  Escape leaves the grid."
-        self._kept_screen.upload(picture)
+        self._cached_screen.upload(picture)
         pixel = facts.plate_px(hovered_px)
-        version = picture.key if isinstance(picture, KeptFrame) else picture
+        version = picture.key if isinstance(picture, CachedFrame) else picture
         frame_px = facts.frame_px(pixel)
         values = probe_at(pixel, plate, facts.lens, picture, version, self._reader, frame_px)
         if values is None:
@@ -249,7 +249,7 @@ def mouse_words(has_camera: bool) -> str:
 
 
 def sides_words(
-    view: ViewState, desk: PictureDesk, reference: str | None, picture_a: Shown | None
+    view: ViewState, desk: PictureDesk, reference: str | None, picture_a: ShownPicture | None
 ) -> str:
     """Return for example "A: diffusion    B: gather"; only A if B is not shown.
 
@@ -272,7 +272,7 @@ def _look_words(name: str, desk: PictureDesk) -> str:
     return f"look {name}, preview" if desk.sides.is_unfinished(name) else f"look {name}"
 
 
-def side_words(picture: Shown) -> str:
+def side_words(picture: ShownPicture) -> str:
     """Return the method and progress of a picture, for example "raytraced, 16 of 256 views"."""
     rendered, requested = picture.settings, picture.shot.defocus
     if requested.method.needs_scene and rendered.views < requested.views:

@@ -22,7 +22,7 @@ from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software, window_device
 from heatlens.studio.board.session import Session
-from heatlens.studio.board.window_door import WindowDoor
+from heatlens.studio.board.window_handover import WindowHandover
 from heatlens.studio.settings.preferences import WINDOW_LEAST, Preferences
 from heatlens.studio.settings.start import Start
 from heatlens.studio.share.sharing import Sharing
@@ -50,10 +50,10 @@ def run_window(start: Start, sharing: Sharing | None = None) -> None:
     try:
         loop = Loop(window, start, preferences, sharing or Sharing(wake=wake_window))
         with (
-            closing(WindowDoor(wake_window)) as door,
+            closing(WindowHandover(wake_window)) as handover,
             StopSignals(wake_window) as stops,
         ):
-            loop.run(stops, door)
+            loop.run(stops, handover)
         stops.raise_if_stopped()
     finally:
         glfw.terminate()
@@ -112,12 +112,12 @@ class Loop:
         self._ctx.screen.viewport = (0, 0, *glfw.get_framebuffer_size(self._window))
         self._ctx.screen.clear(*theme.SURROUND)
 
-    def run(self, stops: StopSignals, door: WindowDoor) -> None:
+    def run(self, stops: StopSignals, handover: WindowHandover) -> None:
         """Run until the window is closed or a stop signal comes."""
         session = self._session
         while not (self._ui.is_over or stops.number):
             self._wait_for_events()
-            self._open_names(door.pop_names())  # files that another start of heatlens passes on
+            self._open_names(handover.pop_names())  # files that another start of heatlens passes on
             if self._pad is not None:
                 self._pad.poll(pad_axes)
             if self._screen.sharing.run_requests():

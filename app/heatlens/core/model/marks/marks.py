@@ -196,7 +196,7 @@ class WorldMark(Mark):
         return f"world {self.x_m:g},{self.y_m:g},{self.z_m:g} m"
 
 
-class Hold(StrEnum):
+class MarkAnchor(StrEnum):
     """What a mark on a plate holds on to over the frames."""
 
     THING = "thing"

@@ -22,7 +22,7 @@ class Click:
 
 
 @dataclass(frozen=True, slots=True)
-class TrackPlace:
+class TrackedPoint:
     """Where a tracked surface is at a frame.
 
     distance_m  meters; None where it is hidden or out of the picture
@@ -49,7 +49,7 @@ class TrackMark(Mark):
     """
 
     clicks: tuple[Click, ...]
-    places: tuple[TrackPlace, ...] = ()
+    places: tuple[TrackedPoint, ...] = ()
 
     help = (
         "on a surface that is tracked from a pixel of a frame as NAME=track:X,Y@FRAME (more pixels "
@@ -89,7 +89,7 @@ class TrackMark(Mark):
         )
         return f"surface at pixel {clicks}"
 
-    def place_at(self, frame: int) -> TrackPlace | None:
+    def place_at(self, frame: int) -> TrackedPoint | None:
         """Return where the surface is at a frame; None if it was not followed to that frame."""
         return next((place for place in self.places if place.frame == frame), None)
 

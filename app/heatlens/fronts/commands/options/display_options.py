@@ -11,7 +11,7 @@ from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.view import NO_GRADE, PLAIN_VIEW, DisplayOptions
-from heatlens.deliver.export.job import DisplayLook
+from heatlens.deliver.export.job import DisplaySettings
 from heatlens.fronts.commands.options.field_options import add_fields, given_fields
 from heatlens.fronts.commands.output.say import print_messages
 from heatlens.media.color.color_config import ColorConfig, default_view, load_color_config
@@ -58,36 +58,38 @@ def shot_header(shot: Shot) -> Header:
     return color_header(source_of(shot).first_file, shot.plate_options)
 
 
-def display_look(
+def display_settings(
     args: argparse.Namespace, header: Header, grade: Grade | None = None
-) -> DisplayLook:
-    """Return the look of the options for a plate with this header; see `transform_of`."""
+) -> DisplaySettings:
+    """Return the display settings for a plate with this header; see `transform_of`."""
     options = given_display_options(args)
-    return DisplayLook(transform_of(options, header, grade), options.exposure_stops, options.gamma)
+    return DisplaySettings(
+        transform_of(options, header, grade), options.exposure_stops, options.gamma
+    )
 
 
 def transform_of(
-    look: DisplayOptions, attributes: Header, grade: Grade | None = None
+    options: DisplayOptions, attributes: Header, grade: Grade | None = None
 ) -> ViewTransform:
     """Return the view transform of the options for a plate whose header has `attributes`.
 
     `grade` is the grade of the shot. Doubtful choices are printed. Raises InputError if the config
     cannot be used, or does not have the given names.
     """
-    config = _load_config(look)
-    input_space = input_space_of(config, attributes, look.input_space or "")
+    config = _load_config(options)
+    input_space = input_space_of(config, attributes, options.input_space or "")
     if input_space.note:
         print_messages(input_space.note)
-    if look.cdl is not None:
-        grade = None if look.cdl == NO_GRADE else parse_or_read_grade(look.cdl)
+    if options.cdl is not None:
+        grade = None if options.cdl == NO_GRADE else parse_or_read_grade(options.cdl)
     if config is None:
         if grade is not None:
             print_messages(
                 f"the grade (ASC CDL) is not shown: {PLAIN_VIEW!r} is the plain curve alone"
             )
         return srgb_transform(input_space.name, input_space.source_primaries)
-    display = look.display or config.default_display
-    view = look.view or default_view(config, display, attributes)
+    display = options.display or config.default_display
+    view = options.view or default_view(config, display, attributes)
     return view_transform(
         config, display, view, input_space.name, input_space.source_primaries, grade
     )
@@ -98,8 +100,8 @@ def print_view_transform(transform: ViewTransform) -> None:
     print_messages(f"seen through {transform.view} on {transform.display}")
 
 
-def _load_config(look: DisplayOptions) -> ColorConfig | None:
+def _load_config(options: DisplayOptions) -> ColorConfig | None:
     """Load the config; return None if the plain sRGB curve was requested."""
-    if look.view == PLAIN_VIEW and look.ocio is None and look.display is None:
+    if options.view == PLAIN_VIEW and options.ocio is None and options.display is None:
         return None
-    return load_color_config(look.ocio)
+    return load_color_config(options.ocio)

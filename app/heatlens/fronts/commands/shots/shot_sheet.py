@@ -13,7 +13,7 @@ from heatlens.deliver.export.sheet_page import PURPOSE, Sheet, sheet_entries, wr
 from heatlens.deliver.export.sheet_rows import sheet_frames
 from heatlens.fronts.commands.options.display_options import (
     add_display_options,
-    display_look,
+    display_settings,
     shot_header,
 )
 from heatlens.fronts.commands.options.given_options import refuse_options
@@ -86,7 +86,7 @@ def _write_sheet(args: argparse.Namespace) -> None:
     if args.output.suffix.lower() == ".pdf":
         check_pdf(PURPOSE)
     parts = _sheet_parts(args)
-    looks = [display_look(args, shot_header(part.shot), part.shot.grade) for part in parts]
+    looks = [display_settings(args, shot_header(part.shot), part.shot.grade) for part in parts]
     count = sum(len(sheet_frames(part.shot, part.frames)) for part in parts)
     renderer, done_count, sheets = cache(headless_renderer), 0, []
     with progress_line() as show_progress:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.paths import preferences_dir, read_file_bytes
-from heatlens.media.files.atomic_file import FOR_THE_USER, write_whole
+from heatlens.media.files.atomic_file import FOR_THE_USER, write_atomically
 
 _RUN_ALL_VARIABLE = "HEATLENS_RUN_NETWORKS"  # also for the processes that this one starts
 _MOST_BYTES = 1_000_000  # of the file of remembered networks
@@ -83,4 +83,4 @@ def _remember(key: str) -> None:
         return
     with suppress(OSError, InputError):  # if it cannot be written, the user is asked again
         _remembered_file().parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        write_whole(_remembered_file(), json.dumps([*keys, key]).encode(), FOR_THE_USER)
+        write_atomically(_remembered_file(), json.dumps([*keys, key]).encode(), FOR_THE_USER)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
-from heatlens.media.files.atomic_file import write_whole
+from heatlens.media.files.atomic_file import write_atomically
 from heatlens.media.files.quiet import quiet_library
 from heatlens.media.plate.plate import FloatImage, Plate
 from heatlens.media.plate.windows import make_header_window
@@ -84,7 +84,7 @@ def write_part(
             OpenEXR.File(dict(header), dict(channels)).write(encoded)
     except RuntimeError as error:
         raise InputError(f"{path} could not be written: {error}.") from error
-    write_whole(path, encoded.getvalue())
+    write_atomically(path, encoded.getvalue())
 
 
 def _prepare_channel(

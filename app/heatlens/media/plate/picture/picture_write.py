@@ -15,7 +15,12 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.lens.breathing import without_breathing
 from heatlens.core.model.lens.lens import Lens
-from heatlens.media.files.atomic_file import check_folder, check_writable, make_folder, write_whole
+from heatlens.media.files.atomic_file import (
+    check_folder,
+    check_writable,
+    make_folder,
+    write_atomically,
+)
 from heatlens.media.files.marks import blurred_mark
 from heatlens.media.files.picture_formats import suffixes_written, writing_of
 from heatlens.media.plate.exr.exr_write import write_exr
@@ -64,7 +69,7 @@ def write_display_values(
         if is_8_bit
         else quantize(display_values, np.uint16, white)
     )
-    write_whole(path, writing.encoded(values, marks or {}))
+    write_atomically(path, writing.encoded(values, marks or {}))
 
 
 def _unpremultiply(rgba: FloatImage, keep_alpha: bool) -> FloatImage:

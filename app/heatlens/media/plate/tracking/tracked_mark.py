@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.marks.track_mark import Click, TrackMark, TrackPlace
+from heatlens.core.model.marks.track_mark import Click, TrackedPoint, TrackMark
 from heatlens.media.plate.coc_line import no_distances_error
 from heatlens.media.plate.plate import Plate
 from heatlens.media.plate.tracking.surface_tracker import Sight, SurfaceTracker
@@ -31,7 +31,7 @@ def track_mark(
         return _follow_surface(click, next_frames, plate_at)
 
     ends = [frames.first, *(click.frame for click in mark.clicks), frames.last]
-    places: dict[int, TrackPlace] = {}
+    places: dict[int, TrackedPoint] = {}
     forward_sights: dict[int, Sight] = {}
     for index, click in enumerate(mark.clicks):
         backward_sights = follow_click(click, range(click.frame, ends[index] - 1, -1))
@@ -64,7 +64,7 @@ def _blend_sights(
     frame: int,
     forward_track: tuple[int, dict[int, Sight]],
     backward_track: tuple[int, dict[int, Sight]],
-) -> TrackPlace:
+) -> TrackedPoint:
     """Return the place at a frame between two clicks, blended from the sights from both clicks.
 
     Each track is the frame of its click, and the sights by frame.
@@ -99,10 +99,10 @@ def _blend_sights(
     )
 
 
-def _make_track_place(frame: int, sight: Sight | None) -> TrackPlace:
+def _make_track_place(frame: int, sight: Sight | None) -> TrackedPoint:
     """Return a sight as the place of a mark at a frame, rounded."""
     assert sight is not None
     distance_m = None if sight.dioptres is None else 1.0 / sight.dioptres
-    return TrackPlace(
+    return TrackedPoint(
         frame, round(sight.x, 2), round(sight.y, 2), distance_m, round(sight.likeness, 3)
     )

@@ -18,7 +18,7 @@ from heatlens.media.plate.plate import FloatImage
 from heatlens.media.plate.read import read_light
 from heatlens.media.sequence.sequence import stamp_of
 from heatlens.media.sequence.sequence_search import find_sequence
-from heatlens.render.rendered_frames.kept_pictures import DiskStore, KeptPicture, to_half
+from heatlens.render.rendered_frames.cached_pictures import CachedPicture, DiskStore, to_half
 
 Still = NDArray[np.float16]  # (H, W, 4), scene-linear
 FirstPicture = tuple[str, PlateOptions, int | None]  # source, its options, frame
@@ -73,7 +73,7 @@ def _make_still(store: DiskStore | None, find_first: Callable[[], FirstPicture])
         return None
 
 
-def _load_or_read(store: DiskStore | None, path: Path, options: PlateOptions) -> KeptPicture:
+def _load_or_read(store: DiskStore | None, path: Path, options: PlateOptions) -> CachedPicture:
     """Return the small picture of a file from the store, or read the file and store it."""
     key = hashlib.sha256(repr((path, stamp_of(path), options)).encode()).hexdigest()[:32]
     picture = store.load(key) if store else None
@@ -91,10 +91,10 @@ def _path_at(source: str, frame: int | None) -> Path:
     return sequence.path_at(frame if has_frame and frame is not None else sequence.present[0])
 
 
-def _shrink(light: FloatImage) -> KeptPicture:
+def _shrink(light: FloatImage) -> CachedPicture:
     """Return the picture made smaller: each pixel is the mean of a square."""
     side = max(1, light.shape[1] // _WIDTH_PX)
     height, width = (max(1, length // side) for length in light.shape[:2])
     squares = light[: height * side, : width * side].reshape(height, side, width, side, 4)
     box = Box(0, 0, width, height)
-    return KeptPicture(to_half(squares.mean((1, 3))), box, box)
+    return CachedPicture(to_half(squares.mean((1, 3))), box, box)

@@ -25,7 +25,7 @@ from heatlens.core.model.shot.pull import (
     apply_recorded_parameter,
 )
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.live.ring_take import RingTake, Track
+from heatlens.studio.session.live.ring_recording import RingRecording, Track
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.shot.editing import Performance
 from heatlens.studio.session.time.timeline import Timeline
@@ -49,7 +49,9 @@ class RecordedPull:
 class PullRecording(Commands, Worker):
     """Arms and records a focus pull, and turns it into keys."""
 
-    def __init__(self, shared: Shared, timeline: Timeline, rows: RowChoice, ring: RingTake) -> None:
+    def __init__(
+        self, shared: Shared, timeline: Timeline, rows: RowChoice, ring: RingRecording
+    ) -> None:
         super().__init__(shared)
         self._clock = time.perf_counter
         self.beats = BEATS

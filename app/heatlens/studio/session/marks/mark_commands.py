@@ -11,7 +11,7 @@ from heatlens.core.model.focus.live_focus import Distances
 from heatlens.core.model.marks.mark import Mark, free_letter
 from heatlens.core.model.marks.marks import (
     DistanceMark,
-    Hold,
+    MarkAnchor,
     MatteMark,
     ObjectMark,
     PointMark,
@@ -27,8 +27,8 @@ from heatlens.media.plate.mattes.mattes import has_things
 from heatlens.media.plate.plate import Plate
 from heatlens.studio.session.marks.focus_pulls import FocusPulls
 from heatlens.studio.session.marks.live_following import LiveFollowing
+from heatlens.studio.session.marks.mark_anchors import MarkAnchors
 from heatlens.studio.session.marks.mark_distances import MarkDistances, plates_at, reading_options
-from heatlens.studio.session.marks.mark_holds import MarkHolds
 from heatlens.studio.session.marks.mark_measuring import (
     mark_on_object,
     named_after_thing,
@@ -55,7 +55,7 @@ class MarkCommands(Commands, Worker):
         )
         self._reader: Background[_Measured] = Background(self._wake)
         self._picker: Background[PointMark | MatteMark] = Background(self._wake)
-        self.holds = MarkHolds(shared, timeline, self.change)
+        self.anchors = MarkAnchors(shared, timeline, self.change)
         self._matte_receiver: Callable[[str], None] | None = None  # is given the next clicked matte
         self.matte_distances = MatteDistances(self._wake)
         self.live = LiveFollowing(shared)
@@ -64,7 +64,7 @@ class MarkCommands(Commands, Worker):
         self.workers: tuple[Worker, ...] = (
             self,
             self.matte_distances,
-            self.holds.tracking,
+            self.anchors.tracking,
             self.live,
             self.distances,
         )
@@ -74,7 +74,7 @@ class MarkCommands(Commands, Worker):
         """True while frames are read or drawn to follow a mark."""
         return (
             self._reader.is_busy
-            or self.holds.tracking.is_busy
+            or self.anchors.tracking.is_busy
             or self._scene_measurement is not None
         )
 
@@ -92,7 +92,7 @@ class MarkCommands(Commands, Worker):
         tracked mark. A thread finds the object if the plate has mattes.
         """
         plate = self._source.plate
-        if plate is None or not self.holds.is_playhead_shown():
+        if plate is None or not self.anchors.is_playhead_shown():
             return
         pixel = self._source.frame_px(self._editing.lens, pixel)
         with report_errors(self._say):
@@ -101,16 +101,16 @@ class MarkCommands(Commands, Worker):
             pixel = pixel if self._source.has_camera else (surface.x, surface.y)
             name = free_letter(mark.name for mark in self._editing.shot.marks)
             point = PointMark(name, float(pixel[0]), float(pixel[1]))
-            corrected = self._editing.shot.mark_named(self.holds.corrected_name)
-            self.holds.corrected_name = None
+            corrected = self._editing.shot.mark_named(self.anchors.corrected_name)
+            self.anchors.corrected_name = None
             if isinstance(corrected, TrackMark):
-                self.holds.track(corrected, point)
+                self.anchors.track(corrected, point)
             elif self._matte_receiver is not None and not has_things(plate):
                 self._use_picked(point)
             elif has_things(plate):
                 self._picker.start(lambda: mark_on_object(plate, point))
             else:
-                self._add(self.holds.best_hold(point))
+                self._add(self.anchors.best_anchor(point))
 
     def pick_matte(self, receive: Callable[[str, str], None], field: str) -> None:
         """Let the next click that would set a mark choose the matte of the option `field`."""
@@ -125,7 +125,7 @@ class MarkCommands(Commands, Worker):
             if isinstance(mark, MatteMark):
                 self._add(named_after_thing(mark, used_names))
             else:
-                self._add(self.holds.best_hold(mark))
+                self._add(self.anchors.best_anchor(mark))
         elif isinstance(mark, MatteMark):
             receive(mark.matte)
         else:
@@ -135,8 +135,8 @@ class MarkCommands(Commands, Worker):
         """Add a mark to the shot, and make it the target of the next pull."""
         self.pulls.note_new_mark(mark.name)
         self._editing.do(replace(self._editing.shot, marks=(*self._editing.shot.marks, mark)))
-        hold = Hold.of(mark)
-        held_words = "" if hold is None else f" on the {hold}"
+        anchor = MarkAnchor.of(mark)
+        held_words = "" if anchor is None else f" on the {anchor}"
         self._say(
             f"Mark {mark.name} is set{held_words}. Shift+M pulls the focus from mark to mark."
         )

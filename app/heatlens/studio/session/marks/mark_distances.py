@@ -15,7 +15,7 @@ from heatlens.core.model.focus.focus_offset import focus_offset_of
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import Mark, MarkDistance
 from heatlens.core.model.marks.marks import MatteMark, ObjectMark, PointMark
-from heatlens.core.model.marks.track_mark import TrackMark, TrackPlace
+from heatlens.core.model.marks.track_mark import TrackedPoint, TrackMark
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.frame_cache.cache import Damaged, FrameCache
 from heatlens.media.plate.coc_line import sharp_at
@@ -163,7 +163,7 @@ class MarkDistances(Commands, Worker):
     def focus_for_distance_m(self, mark: Mark, lens: Lens, frame: int, distance_m: float) -> float:
         """Return the focus distance of `lens` with which a mark at this distance is sharp."""
         point = mark.place_at(frame) if isinstance(mark, TrackMark) else mark
-        if not isinstance(point, PointMark | TrackPlace):
+        if not isinstance(point, PointMark | TrackedPoint):
             return distance_m
         shape = self._source.picture_shape(self._editing.shot)
         plane = focus_offset_of(lens, (shape.width_px, shape.height_px), shape.pixel_aspect)

@@ -13,7 +13,7 @@ from heatlens.media.plate.plate import Plate
 from heatlens.media.scene.placing import place_scene
 from heatlens.media.scene.scene import Scene
 from heatlens.media.sequence.sequence import MissingPolicy
-from heatlens.render.rendered_frames.kept_pictures import KeptPicture
+from heatlens.render.rendered_frames.cached_pictures import CachedPicture
 from heatlens.render.source.opened_plates import OpenedPlates
 from heatlens.render.source.scene_source import OpenedScene
 from heatlens.render.source.stream_source import OpenedStream
@@ -89,7 +89,7 @@ class PictureFeed:
         assert self.picture.plate is not None
         return self.picture.plate.data_window, self.picture.plate.display_window
 
-    def kept_windows(self, picture: KeptPicture) -> tuple[Box, Box] | None:
+    def kept_windows(self, picture: CachedPicture) -> tuple[Box, Box] | None:
         """Return the windows of a kept frame; None if they are those of `windows`."""
         return picture.data_window, picture.display_window
 
@@ -236,7 +236,7 @@ class SceneFeed(PictureFeed):
         box = Box(0, 0, *(shot.framing or Framing()).size)
         return box, box
 
-    def kept_windows(self, picture: KeptPicture) -> None:
+    def kept_windows(self, picture: CachedPicture) -> None:
         """Return None: kept frames of a scene are smaller, and all have the same window."""
 
     def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:

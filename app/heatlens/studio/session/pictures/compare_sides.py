@@ -12,7 +12,7 @@ from heatlens.core.model.view.view import Compare, ViewState
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software
 from heatlens.render.preview.level_choice import GPU_WORK_POWER, CostModel
-from heatlens.render.preview.shown import Shown, without_notes
+from heatlens.render.preview.shown import ShownPicture, without_notes
 from heatlens.studio.session.pictures.elsewhere import RemoteRenderer
 from heatlens.studio.session.pictures.live_picture import FIRST_PLATE, LivePicture, PlateVersion
 from heatlens.studio.session.pictures.look_pictures import LookPictures
@@ -135,7 +135,7 @@ class CompareSides:
         if side_picture.output != old_output:
             self._is_turn_of_b = side_picture is self.a
 
-    def picture_of_b(self, view: ViewState) -> Shown | None:
+    def picture_of_b(self, view: ViewState) -> ShownPicture | None:
         """Return the picture of B if B is a method or a look and it is rendered; None otherwise."""
         if is_look_b(view):
             return self.picture_of_look(view.b_look)
@@ -145,11 +145,11 @@ class CompareSides:
                 return side.output
         return None
 
-    def picture_of_a(self, view: ViewState) -> Shown | None:
+    def picture_of_a(self, view: ViewState) -> ShownPicture | None:
         """Return the picture of A if A is a look and it is rendered; None otherwise."""
         return self.picture_of_look(view.a_look) if is_look_b(view) and view.a_look else None
 
-    def picture_of_look(self, name: str) -> Shown | None:
+    def picture_of_look(self, name: str) -> ShownPicture | None:
         """Return the latest picture of a visible look; None before there is one."""
         return self.a.output if name in self._same_as_a else self.looks.picture_of(name)
 

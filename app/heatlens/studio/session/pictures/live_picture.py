@@ -29,7 +29,7 @@ from heatlens.render.preview.level_choice import (
     level_while_moving,
     useful_levels,
 )
-from heatlens.render.preview.shown import PictureKey, Shown, whole_picture, without_notes
+from heatlens.render.preview.shown import PictureKey, ShownPicture, whole_picture, without_notes
 from heatlens.studio.session.pictures.elsewhere import RemoteRenderer
 
 _REST_S = 0.08  # without a change for this long, the input rests; a drag sends several changes
@@ -80,7 +80,7 @@ class LivePicture:
         self._clock = clock
         self.cost = cost or CostModel()
         self.remote = remote or RemoteRenderer()
-        self.output: Shown | None = None
+        self.output: ShownPicture | None = None
         self._request: PictureKey | None = None
         self._changed_at = 0.0
         self._level: DefocusSettings | None = None
@@ -180,7 +180,7 @@ class LivePicture:
             self.output = replace(self.output, shot=request.shot)
         self._request = request
 
-    def _refinable_picture(self, shot: Shot, frame: int) -> Shown | None:
+    def _refinable_picture(self, shot: Shot, frame: int) -> ShownPicture | None:
         """Return the shown picture if it only lacks further points of the lens.
 
         More points refine it, so that no coarser preview is needed first.
@@ -256,7 +256,7 @@ class LivePicture:
                 self._start(level)
             self._advance(slice_s)
 
-    def _is_of_request(self, picture: Shown) -> bool:
+    def _is_of_request(self, picture: ShownPicture) -> bool:
         """Return True for a picture of the requested shot and plate at any quality."""
         key, request = picture.picture_key, self._request
         return request is not None and replace(key, settings=request.settings) == request
@@ -336,7 +336,7 @@ class LivePicture:
                 self.cost.learn(rendered, self._pixel_count(rendered), work.seconds, has_built)
             is_latest = _key_without_notes(work.key) == _key_without_notes(self._request)
             key = self._request if is_latest else work.key
-            self.output = Shown(
+            self.output = ShownPicture(
                 end.value, key.shot, key.frame, work.settings, work.seconds, key.plate
             )
             self._slots, self._work = self._slots[::-1], None

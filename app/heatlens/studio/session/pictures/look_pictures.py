@@ -17,7 +17,7 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.device import Texture
 from heatlens.render.gpu.textures import new_texture
 from heatlens.render.preview.level_choice import fastest_settings
-from heatlens.render.preview.shown import PictureKey, Shown, whole_picture
+from heatlens.render.preview.shown import PictureKey, ShownPicture, whole_picture
 from heatlens.studio.session.pictures.live_picture import FIRST_PLATE, LivePicture, PlateVersion
 
 _REST_S = 0.08  # without a change for this long, the input rests
@@ -31,7 +31,7 @@ class _Tile:
     """A look: the key of the requested picture, and the latest rendered one."""
 
     key: PictureKey
-    picture: Shown | None = None
+    picture: ShownPicture | None = None
     is_refused: bool = False  # the request cannot be rendered, and that was reported
 
     @property
@@ -75,11 +75,11 @@ class LookPictures:
         self._steps: tuple[PictureKey, Steps[Texture]] | None = None  # its work
 
     @property
-    def output(self) -> tuple[Shown | None, ...]:
+    def output(self) -> tuple[ShownPicture | None, ...]:
         """The pictures of all looks; each finished picture is a new object."""
         return tuple(tile.picture for tile in self._tiles.values())
 
-    def picture_of(self, name: str) -> Shown | None:
+    def picture_of(self, name: str) -> ShownPicture | None:
         """Return the latest picture of a look; None before there is one."""
         tile = self._tiles.get(name)
         return None if tile is None else tile.picture
@@ -144,7 +144,7 @@ class LookPictures:
         # the renderer still shows its last picture if it has not drawn one of this look yet
         self._store_if_requested(tile, self._live.output)
 
-    def _store_if_requested(self, tile: _Tile, picture: Shown | None) -> None:
+    def _store_if_requested(self, tile: _Tile, picture: ShownPicture | None) -> None:
         """Store a copy of a picture if it is that of the look's request, at any quality."""
         if (
             picture is not None
@@ -152,7 +152,7 @@ class LookPictures:
         ):
             self._store_copy(tile, picture)
 
-    def _store_copy(self, tile: _Tile, picture: Shown) -> None:
+    def _store_copy(self, tile: _Tile, picture: ShownPicture) -> None:
         """Keep a copy of a picture, because the renderer reuses its textures."""
         texture = None if tile.picture is None else tile.picture.texture
         if texture is None or texture.size != picture.texture.size:
@@ -221,7 +221,7 @@ class LookPictures:
         except StopIteration as end:
             self._steps = None
             self._store_copy(
-                tile, Shown(end.value, key.shot, key.frame, key.settings, 0.0, key.plate)
+                tile, ShownPicture(end.value, key.shot, key.frame, key.settings, 0.0, key.plate)
             )
 
     def _prepare_second_renderer(self) -> FrameRenderer:
@@ -240,7 +240,7 @@ class LookPictures:
             self._second_renderer.unload()
 
 
-def _release(picture: Shown | None) -> None:
+def _release(picture: ShownPicture | None) -> None:
     """Free the texture of a picture, if there is one."""
     if picture is not None:
         picture.texture.release()

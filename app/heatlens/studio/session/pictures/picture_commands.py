@@ -31,7 +31,7 @@ from heatlens.media.plate.plate import FloatImage, Plate
 from heatlens.media.scene.scene_read import files_of_scene
 from heatlens.render.display.display_values import DisplayValues
 from heatlens.render.gpu.textures import download
-from heatlens.render.preview.shown import Shown
+from heatlens.render.preview.shown import ShownPicture
 from heatlens.studio.session.pictures.live_picture import LivePicture
 from heatlens.studio.session.pictures.picture_view import PictureDisplay
 from heatlens.studio.session.shared import Commands, Shared
@@ -192,7 +192,7 @@ class PictureCommands(Commands, Worker):
         if message is not None:
             self._say(message)
 
-    def _whole_picture(self) -> Shown | None:
+    def _whole_picture(self) -> ShownPicture | None:
         """Return the complete picture of the current frame; None until it is rendered."""
         picture, source, frame = self._live.output, self._source, self._editing.frame
         if source.plate is None or not (source.feed.is_whole and source.is_settled_at(frame)):
@@ -204,7 +204,7 @@ class PictureCommands(Commands, Worker):
         is_current = picture is not None and (picture.shot, picture.frame) == shot_and_frame
         return picture if is_current and not self._live.is_working else None
 
-    def _begin_writing(self, picture: Shown, path: Path | None) -> None:
+    def _begin_writing(self, picture: ShownPicture, path: Path | None) -> None:
         """Begin to write or copy a complete picture on the thread."""
         plate = self._source.plate
         assert plate is not None  # the picture is whole
@@ -235,7 +235,7 @@ class Snapshot:
 
 
 def take_snapshot(
-    picture: Shown, plate: Plate, make_values: Callable[[], DisplayValues], path: Path | None
+    picture: ShownPicture, plate: Plate, make_values: Callable[[], DisplayValues], path: Path | None
 ) -> Snapshot:
     """Read the picture back for `path`, or the clipboard; call this on the thread of OpenGL."""
     shot = picture.shot

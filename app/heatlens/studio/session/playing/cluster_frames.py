@@ -18,9 +18,9 @@ from heatlens.deliver.farm.frame_cluster import (
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.device import Texture
+from heatlens.render.rendered_frames.cached_pictures import RenderedPicture
 from heatlens.render.rendered_frames.frame_filler import FrameJob
 from heatlens.render.rendered_frames.frame_store import FrameStore
-from heatlens.render.rendered_frames.kept_pictures import RenderedPicture
 from heatlens.studio.session.pictures.elsewhere import RemoteRenderer
 from heatlens.studio.session.playing.ahead_jobs import AheadJobs, FramesRequest
 from heatlens.studio.session.shared import Commands, Shared

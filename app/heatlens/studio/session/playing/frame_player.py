@@ -40,7 +40,7 @@ class FramePlayer(Commands, Worker):
 
     def _request_plate(self) -> None:
         """Request the plate at the playhead and those around it, unless kept frames play."""
-        if self._frames_ahead.plays_kept_frames:
+        if self._frames_ahead.plays_cached_frames:
             return
         is_playing = self._playback.direction != 0
         direction: Direction = (
@@ -71,7 +71,7 @@ class FramePlayer(Commands, Worker):
 
     def _is_frame_ready(self, frame: int) -> bool:
         """Return True if the frame can be shown: rendered before, otherwise by its plate."""
-        if self._frames_ahead.plays_kept_frames:
+        if self._frames_ahead.plays_cached_frames:
             return self._frames_ahead.is_in_memory(frame)
         return self._source.is_settled_at(frame)
 

@@ -12,10 +12,10 @@ from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.faults import report_faults
 from heatlens.core.base.messages import Worker
 from heatlens.core.model.view.picture_view import PictureView
+from heatlens.render.rendered_frames.cached_pictures import DiskStore, MemoryStore
 from heatlens.render.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.render.rendered_frames.frame_key import NO_ORDER, PlayOrder
 from heatlens.render.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_bytes_of
-from heatlens.render.rendered_frames.kept_pictures import DiskStore, MemoryStore
 from heatlens.render.rendered_frames.screen_work import ScreenWork
 from heatlens.studio.session.playing.ahead_jobs import (
     AheadJobs,
@@ -110,7 +110,7 @@ class FramesAhead(Commands, Worker):
         return job is not None and self.store.memory.get(job.key) is not None
 
     @property
-    def plays_kept_frames(self) -> bool:
+    def plays_cached_frames(self) -> bool:
         """True while kept frames play, so that the live picture is not needed."""
         return (
             bool(self._timeline.playback.direction)

@@ -14,7 +14,7 @@ from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.faults import report_faults
 from heatlens.core.base.messages import Worker
 from heatlens.core.model.view.picture_view import PictureView
-from heatlens.render.preview.shown import Shown
+from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.preview.speed import Speed
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.pictures.compare_sides import CompareSides, Side
@@ -205,12 +205,12 @@ class RenderScheduler(Commands, Worker):
     @property
     def is_working(self) -> bool:
         """True while there is a picture to continue: a visible one, or one to be played."""
-        return not self._frames_ahead.plays_kept_frames and (
+        return not self._frames_ahead.plays_cached_frames and (
             self.is_rendering or self._frames_ahead.has_work
         )
 
     @property
-    def shown_picture(self) -> Shown | None:
+    def shown_picture(self) -> ShownPicture | None:
         """The picture through the lens to show: the live one, or a kept frame in its place."""
         live_picture, frame = self._sides.a.output, self._editing.frame
         is_current = (
@@ -219,7 +219,7 @@ class RenderScheduler(Commands, Worker):
         if (
             is_current
             and self._source.is_settled_at(frame)
-            and not self._frames_ahead.plays_kept_frames
+            and not self._frames_ahead.plays_cached_frames
         ):
             return live_picture
         return self._frames_ahead.screen.frame_at_playhead() or live_picture
@@ -238,7 +238,7 @@ class RenderScheduler(Commands, Worker):
 
     def update(self) -> None:
         """Answer a change of the shot with a picture that fits the time; report errors."""
-        if not self._frames_ahead.plays_kept_frames:
+        if not self._frames_ahead.plays_cached_frames:
             self._run_and_report(self._request_pictures)
 
     # The feed is updated here, at the last moment before the picture is requested. Otherwise an
@@ -290,5 +290,5 @@ class RenderScheduler(Commands, Worker):
         )
         turn = self._sides.turn_index
         return next_work(
-            WorkState(self._frames_ahead.plays_kept_frames, plate, sides, turn, frames_wait_s)
+            WorkState(self._frames_ahead.plays_cached_frames, plate, sides, turn, frames_wait_s)
         )

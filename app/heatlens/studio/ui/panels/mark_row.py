@@ -5,7 +5,7 @@ from dataclasses import replace
 from imgui_bundle import imgui
 
 from heatlens.core.model.marks.mark import Mark
-from heatlens.core.model.marks.marks import DistanceMark, Hold, MatteMark, MattePart
+from heatlens.core.model.marks.marks import DistanceMark, MarkAnchor, MatteMark, MattePart
 from heatlens.core.model.marks.track_mark import TrackMark
 from heatlens.studio.board.desks import TimeDesk
 from heatlens.studio.ui import probe, texts, widgets
@@ -37,7 +37,7 @@ def mark_row_controls(desk: TimeDesk, mark: Mark) -> None:
     if isinstance(mark, TrackMark) and desk.timeline.cache is not None:
         same_line_if_fits("correct")
         if widgets.button(f"correct##{mark.name}", f"correct {mark.name}", _CORRECT_TIP):
-            commands.holds.correct(mark)
+            commands.anchors.correct(mark)
     if isinstance(mark, MatteMark):
         _part_button(desk, mark)
     same_line_if_fits("x")
@@ -47,19 +47,19 @@ def mark_row_controls(desk: TimeDesk, mark: Mark) -> None:
 
 def _hold_choice(desk: TimeDesk, mark: Mark) -> None:
     """Draw the drop-down of what the mark holds on to, and of keeping the focus on it."""
-    commands, hold = desk.marks, Hold.of(mark)
+    commands, anchor = desk.marks, MarkAnchor.of(mark)
     imgui.set_next_item_width(_HOLD_EM * imgui.get_font_size())
-    is_open = imgui.begin_combo(f"##hold {mark.name}", str(hold or "object"))
+    is_open = imgui.begin_combo(f"##hold {mark.name}", str(anchor or "object"))
     probe.note(f"hold {mark.name}")
     if not is_open:
         texts.tooltip(_HOLD_TIP)
         return
     with widgets.disabled(commands.is_reading):
-        for other in _holds(desk, hold):
-            is_picked, _ = imgui.selectable(f"the {other}", other is hold)
+        for other in _anchors(desk, anchor):
+            is_picked, _ = imgui.selectable(f"the {other}", other is anchor)
             probe.note(f"hold {mark.name}: {other}")
-            if is_picked and other is not hold:
-                commands.holds.hold_on_to(mark, other)
+            if is_picked and other is not anchor:
+                commands.anchors.anchor_to(mark, other)
     imgui.separator()
     if imgui.selectable("keep the focus on it", False)[0]:
         commands.live.follow(mark)
@@ -68,13 +68,15 @@ def _hold_choice(desk: TimeDesk, mark: Mark) -> None:
     imgui.end_combo()
 
 
-def _holds(desk: TimeDesk, hold: Hold | None) -> tuple[Hold, ...]:
-    """Return what a mark that holds on to `hold` can hold on to in the open source."""
-    if hold is None or hold is Hold.THING:
-        return () if hold is None else (hold,)
-    places = (Hold.PLACE,) if desk.marks.holds.has_world or hold is Hold.PLACE else ()
-    surfaces = (Hold.SURFACE,) if desk.timeline.cache is not None else ()
-    return (*places, *surfaces, Hold.PIXEL)
+def _anchors(desk: TimeDesk, anchor: MarkAnchor | None) -> tuple[MarkAnchor, ...]:
+    """Return what a mark that holds on to `anchor` can hold on to in the open source."""
+    if anchor is None or anchor is MarkAnchor.THING:
+        return () if anchor is None else (anchor,)
+    places = (
+        (MarkAnchor.PLACE,) if desk.marks.anchors.has_world or anchor is MarkAnchor.PLACE else ()
+    )
+    surfaces = (MarkAnchor.SURFACE,) if desk.timeline.cache is not None else ()
+    return (*places, *surfaces, MarkAnchor.PIXEL)
 
 
 def _part_button(desk: TimeDesk, mark: MatteMark) -> None:

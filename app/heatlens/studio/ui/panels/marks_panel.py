@@ -12,7 +12,7 @@ from heatlens.core.model.focus.live_focus import Follow
 from heatlens.core.model.lens.lens import measured_text, parse_measured_m
 from heatlens.core.model.marks.mark import Mark, MarkDistance
 from heatlens.core.model.marks.marks import PointMark
-from heatlens.core.model.marks.track_mark import TrackMark, TrackPlace
+from heatlens.core.model.marks.track_mark import TrackedPoint, TrackMark
 from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import PullShape
@@ -225,7 +225,7 @@ def draw_point_marks(facts: Facts, view: PictureView) -> None:
         draw.add_circle(ImVec2(x, y), radius, theme.OVER_PICTURE.shadow, 0, 0.2 * em)
         draw.add_circle(ImVec2(x, y), radius, theme.OVER_PICTURE.mark, 0, 0.1 * em)
         text_corner = ImVec2(x + radius + 0.2 * em, y - em / 2)
-        is_hidden = isinstance(point, TrackPlace) and point.distance_m is None
+        is_hidden = isinstance(point, TrackedPoint) and point.distance_m is None
         name = printable(mark.name) + " (hidden)" * is_hidden
         draw.add_text(ImVec2(text_corner.x + 1, text_corner.y + 1), theme.OVER_PICTURE.shadow, name)
         draw.add_text(text_corner, theme.OVER_PICTURE.mark, name)
@@ -237,14 +237,14 @@ def mark_in_window(facts: Facts, view: PictureView, name: str) -> Point | None:
     return next((_window_point(facts, view, point) for point in points), None)
 
 
-def _placed_marks(facts: Facts) -> Iterator[tuple[Mark, PointMark | TrackPlace]]:
+def _placed_marks(facts: Facts) -> Iterator[tuple[Mark, PointMark | TrackedPoint]]:
     """Yield the marks that have a point in the picture at this frame, with that point."""
     for mark in facts.shot.marks:
         point = mark.place_at(facts.frame) if isinstance(mark, TrackMark) else mark
-        if isinstance(point, PointMark | TrackPlace):
+        if isinstance(point, PointMark | TrackedPoint):
             yield mark, point
 
 
-def _window_point(facts: Facts, view: PictureView, point: PointMark | TrackPlace) -> Point:
+def _window_point(facts: Facts, view: PictureView, point: PointMark | TrackedPoint) -> Point:
     picture_point = facts.picture_point((point.x_px + 0.5, point.y_px + 0.5))
     return view.geometry.window_at_picture(picture_point)

@@ -12,7 +12,7 @@ from heatlens.core.base.memory import resident_bytes
 from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.settings import PARTS, DefocusSettings, Quality, barred_methods
 from heatlens.render.frame_renderer import FrameRenderer
-from heatlens.render.preview.shown import Shown
+from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.preview.speed import Speed
 from heatlens.studio.ui import probe, widgets
 from heatlens.studio.ui.seek import is_highlighted
@@ -93,7 +93,7 @@ def _whole_numbers(name: str) -> range:
 
 
 def speed_rows(
-    speed: Speed, upload_s: float, picture: Shown | None, renderer: FrameRenderer
+    speed: Speed, upload_s: float, picture: ShownPicture | None, renderer: FrameRenderer
 ) -> None:
     """Draw what pictures take; the checkbox switches the renderer's stopwatch."""
     is_highlighted(SPEED)  # scrolls to it

@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.model.view.view_geometry import ViewGeometry, Viewport
 from heatlens.render.gpu.device import Device, Framebuffer
-from heatlens.render.preview.shown import Shown
+from heatlens.render.preview.shown import ShownPicture
 from heatlens.studio.ui import theme
 
 FADE_S = 0.12
@@ -36,7 +36,9 @@ class PictureFade:
         self._last_frame_key: object = None  # the same for the frame before
         self._start_s: float | None = None  # when the current fade began; None while nothing fades
 
-    def draw(self, picture: Shown | None, viewport: Viewport, geometry: ViewGeometry) -> None:
+    def draw(
+        self, picture: ShownPicture | None, viewport: Viewport, geometry: ViewGeometry
+    ) -> None:
         """Draw the fading preview over the picture, in the current window.
 
         Nothing is drawn while `picture` is itself a preview, or if the kept preview has another

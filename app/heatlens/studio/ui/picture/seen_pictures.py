@@ -14,8 +14,8 @@ from heatlens.media.plate.plate import Plate
 from heatlens.render.display.picture_pass import Detail
 from heatlens.render.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures, picture_of_b
 from heatlens.render.gpu.device import Texture
-from heatlens.render.preview.shown import Shown
-from heatlens.render.rendered_frames.screen_work import KeptFrame, ScreenWork
+from heatlens.render.preview.shown import ShownPicture
+from heatlens.render.rendered_frames.screen_work import CachedFrame, ScreenWork
 from heatlens.studio.board.desks import PictureDesk
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import texts
@@ -26,10 +26,10 @@ class SeenPictures:
     """Prepares the pictures for each frame of the window; unchanged ones are reused."""
 
     def __init__(
-        self, facts: Facts, desk: PictureDesk, screen: ScreenPictures, kept_screen: ScreenWork
+        self, facts: Facts, desk: PictureDesk, screen: ScreenPictures, cached_screen: ScreenWork
     ) -> None:
         self._facts, self._desk, self._screen = facts, desk, screen
-        self._kept_screen = kept_screen
+        self._cached_screen = cached_screen
 
     def collect(self) -> Pictures | None:
         """Return the pictures to show; None while there are none."""
@@ -41,7 +41,7 @@ class SeenPictures:
         picture_a = sides.picture_of_a(plain_view) or lens_picture
         view = plain_view.with_transmission(self._lens_of_a(plain_view, picture_a))
         linear_b = self._linear_b(view)
-        windows = self._kept_screen.windows(lens_picture) or facts.windows()
+        windows = self._cached_screen.windows(lens_picture) or facts.windows()
         a = self._texture_a(picture_a, view, linear_b)
         b = self._texture_b(view, plain_view, linear_b) or a
         is_of_method = sides.picture_of_b(view) is not None
@@ -59,7 +59,7 @@ class SeenPictures:
             is_b_proxy=is_of_method and b.size != self._desk.renderer.loaded.color.size,
             has_camera=facts.has_camera,
             frame_ratio=self._frame_ratio(facts.plate),
-            is_a_frame=not (view.depth_of_field or isinstance(picture_a, KeptFrame)),
+            is_a_frame=not (view.depth_of_field or isinstance(picture_a, CachedFrame)),
             is_b_frame=linear_b is self._desk.renderer.loaded.color,
             light_a=light_a,
             light_b=light_b,
@@ -87,10 +87,10 @@ class SeenPictures:
         texture = None if reference is None else reference.texture
         return picture_of_b(view, self._desk.renderer.loaded, texture, method_picture)
 
-    def _texture_a(self, picture_a: Shown, view: ViewState, linear_b: Texture) -> Texture:
+    def _texture_a(self, picture_a: ShownPicture, view: ViewState, linear_b: Texture) -> Texture:
         """Return A in the colors of the screen; a difference needs the linear B."""
-        if isinstance(picture_a, KeptFrame):
-            return self._kept_screen.texture(picture_a, view)
+        if isinstance(picture_a, CachedFrame):
+            return self._cached_screen.texture(picture_a, view)
         key = self._desk.sides.outputs, picture_a
         return self._screen.a(picture_a, key, self._desk.renderer.loaded, view, linear_b)
 
@@ -104,25 +104,27 @@ class SeenPictures:
         method_picture = self._desk.sides.picture_of_b(view)
         return self._screen.b(linear_b, self._desk.renderer.loaded, view_of_b, method_picture)
 
-    def _detail(self, picture_a: Shown, lens_picture: Shown, view: ViewState) -> Detail | None:
+    def _detail(
+        self, picture_a: ShownPicture, lens_picture: ShownPicture, view: ViewState
+    ) -> Detail | None:
         """Return the detail of the plate that a smaller picture lacks; None if it lacks none."""
         is_answering, version = self._desk.live.is_answering, self._facts.plate_version
         is_of_plate = not (is_answering and lens_picture.plate != version)
-        has_no_detail = view.compare is Compare.DIFFERENCE or isinstance(picture_a, KeptFrame)
+        has_no_detail = view.compare is Compare.DIFFERENCE or isinstance(picture_a, CachedFrame)
         if not view.depth_of_field or not is_of_plate or has_no_detail:
             return None
         return self._screen.detail(picture_a, self._desk.renderer.loaded, view)
 
     def _lights(
-        self, picture_a: Shown, view: ViewState, linear_b: Texture, window: Box
+        self, picture_a: ShownPicture, view: ViewState, linear_b: Texture, window: Box
     ) -> tuple[Texture | None, Texture | None]:
         """Return the light of A and of B, each only if it has the size of the plate."""
         plate_size = window.width, window.height
         light = picture_a.texture if view.depth_of_field else self._desk.renderer.loaded.color
-        is_plate_size = light.size == plate_size and not isinstance(picture_a, KeptFrame)
+        is_plate_size = light.size == plate_size and not isinstance(picture_a, CachedFrame)
         return light if is_plate_size else None, linear_b if linear_b.size == plate_size else None
 
-    def _lens_of_a(self, view: ViewState, picture_a: Shown) -> Lens:
+    def _lens_of_a(self, view: ViewState, picture_a: ShownPicture) -> Lens:
         """Return the lens of the picture of A: that of its look, else that of the shot."""
         is_look = self._desk.sides.picture_of_a(view) is picture_a
         look = look_named(self._facts.shot, view.a_look) if is_look else None
@@ -132,7 +134,7 @@ class SeenPictures:
         look = look_named(self._facts.shot, view.b_look) if is_look_b(view) else None
         return self._facts.lens if look is None else look.lens
 
-    def _overlay(self, view: ViewState, lens_picture: Shown) -> Texture | None:
+    def _overlay(self, view: ViewState, lens_picture: ShownPicture) -> Texture | None:
         """Return the overlay over the picture; None if none is shown."""
         facts = self._facts
         if not view.has_overlay or not facts.has_lens:
@@ -140,7 +142,7 @@ class SeenPictures:
         shot, frame = facts.seen_shot, facts.frame
         loaded = self._desk.renderer.loaded
         return self._screen.overlay(
-            loaded, shot, frame, view, self._kept_screen.upload(lens_picture)
+            loaded, shot, frame, view, self._cached_screen.upload(lens_picture)
         )
 
     def _frame_ratio(self, plate: Plate) -> float:

@@ -2,7 +2,7 @@
 
 Higher values are at the top: farther, a higher f-number, a longer lens. Equal heights are equal
 turns of the lens ring: dioptres for focus, stops for aperture, doublings for focal length. A
-position on the axis is called a place; places grow downwards.
+position on the axis is called a coordinate; coordinates grow downwards.
 """
 
 import math
@@ -27,13 +27,13 @@ _MIN_DIOPTRES = 1e-6  # dioptres; stands for infinity, which has no place on a s
 # seven pixels high on a strip of 105.
 @dataclass(frozen=True)
 class CurveAxis:
-    """The vertical axis of a parameter; the smallest place is at the top.
+    """The vertical axis of a parameter; the smallest coordinate is at the top.
 
     parameter     the parameter
     scale         the scale on which equal heights are equal steps
-    factor        places per step of the scale
-    top_place     the topmost place
-    min_span      the smallest visible range of places
+    factor        coordinates per step of the scale
+    top_place     the topmost coordinate
+    min_span      the smallest visible range of coordinates
     labels        lists of values to label, from few to many; the longest that fits is used
     format_value  formats a value, given the unit of distances
     fine          values to label instead where fewer than _MIN_LABELS are visible
@@ -42,82 +42,82 @@ class CurveAxis:
     parameter: LensParameter
     scale: Scale
     factor: float
-    top_place: float
+    top_coordinate: float
     min_span: float
     labels: tuple[tuple[float, ...], ...]
     format_value: Callable[[float, str], str]
     fine: tuple[float, ...] = ()
 
-    def place_of(self, value: float) -> float:
-        """Return the place of a value of the parameter on the axis."""
+    def coordinate_of(self, value: float) -> float:
+        """Return the coordinate of a value of the parameter on the axis."""
         return self.factor * self.scale.position_of(value)
 
-    def value_at(self, place: float) -> float:
-        """Return the value at a place, the inverse of `place_of`; infinity above the top."""
-        return self.scale.value_at(place / self.factor)
+    def value_at(self, coordinate: float) -> float:
+        """Return the value at a coordinate, or infinity above the top; inverts `coordinate_of`."""
+        return self.scale.value_at(coordinate / self.factor)
 
-    def from_scale(self, place: float, scale: Scale) -> float:
-        """Convert a value on a curve's own scale, which may be meters, to a place."""
+    def from_scale(self, coordinate: float, scale: Scale) -> float:
+        """Convert a value on a curve's own scale, which may be meters, to a coordinate."""
         if scale is self.scale:
-            return self.factor * place
-        return self.place_of(max(scale.value_at(place), _MIN_DIOPTRES))
+            return self.factor * coordinate
+        return self.coordinate_of(max(scale.value_at(coordinate), _MIN_DIOPTRES))
 
-    def to_scale(self, place: float, scale: Scale) -> float:
-        """Convert a place to a value on a curve's own scale, the inverse of `from_scale`."""
+    def to_scale(self, coordinate: float, scale: Scale) -> float:
+        """Convert a coordinate to a value on a curve's own scale, the inverse of `from_scale`."""
         if scale is self.scale:
-            return place / self.factor
-        return scale.position_of(self.value_at(max(place, _MIN_DIOPTRES)))
+            return coordinate / self.factor
+        return scale.position_of(self.value_at(max(coordinate, _MIN_DIOPTRES)))
 
-    def labels_for(self, places_apart: float) -> tuple[float, ...]:
-        """Return the longest list of labels that are at least this many places apart.
+    def labels_for(self, coordinates_apart: float) -> tuple[float, ...]:
+        """Return the longest list of labels that are at least this many coordinates apart.
 
         Return the shortest list if the labels of none are.
         """
-        fitting = [values for values in self.labels if self._least_gap(values) >= places_apart]
+        fitting = [values for values in self.labels if self._least_gap(values) >= coordinates_apart]
         return fitting[-1] if fitting else self.labels[0]
 
-    def visible_labels(self, low: float, high: float, places_apart: float) -> list[float]:
-        """Return the values to label between two places, `low` and `high`.
+    def visible_labels(self, low: float, high: float, coordinates_apart: float) -> list[float]:
+        """Return the values to label between two coordinates, `low` and `high`.
 
         If fewer than _MIN_LABELS of the usual labels are visible, the fine ones are used instead.
         """
         values: list[float] = []
-        for candidates in (self.labels_for(places_apart), self.fine):
+        for candidates in (self.labels_for(coordinates_apart), self.fine):
             values = [
-                value for value in candidates if low <= self.place_of(value) <= high
+                value for value in candidates if low <= self.coordinate_of(value) <= high
             ] or values
             if len(values) >= _MIN_LABELS:
                 break
         return values
 
     def _least_gap(self, values: tuple[float, ...]) -> float:
-        """Return the smallest distance between two of the values, in places."""
-        places = sorted(self.place_of(value) for value in values)
-        return min(b - a for a, b in pairwise(places))
+        """Return the smallest distance between two of the values, in coordinates."""
+        coordinates = sorted(self.coordinate_of(value) for value in values)
+        return min(b - a for a, b in pairwise(coordinates))
 
 
 def _axis_of(parameter: LensParameter) -> CurveAxis:
     """Return the axis of a parameter, as its facts describe it."""
     facts = parameter.facts
     scale = facts.scales[0]
-    top_place = 0.0 if scale is Scale.RECIPROCAL else -math.inf
-    limits = scale, facts.factor, top_place, facts.span_least
+    top_coordinate = 0.0 if scale is Scale.RECIPROCAL else -math.inf
+    limits = scale, facts.factor, top_coordinate, facts.span_least
     return CurveAxis(parameter, *limits, facts.labels, parameter.format_value, facts.fine)
 
 
 AXES = {parameter: _axis_of(parameter) for parameter in LensParameter}
 
 
-def raise_keys(shot: Shot, selection: KeySelection, axis: CurveAxis, places: float) -> Shot:
-    """Move the selected keys of a parameter up by a number of places; focus stops at infinity.
+def raise_keys(shot: Shot, selection: KeySelection, axis: CurveAxis, coordinates: float) -> Shot:
+    """Move the selected keys of a parameter up by a number of coordinates; focus stops at infinity.
 
     Raise LensError if no lens can have such values.
     """
     curve = shot.curves.of(axis.parameter)
-    for frame in frames_of(selection, axis.parameter) if places else []:
+    for frame in frames_of(selection, axis.parameter) if coordinates else []:
         key = curve.key_at(frame)
         if key is not None:
-            value = axis.value_at(axis.place_of(key.value) - places)
+            value = axis.value_at(axis.coordinate_of(key.value) - coordinates)
             curve = curve.with_key(replace(key, value=value))
     return check_shot(shot.with_curve(axis.parameter, curve))
 
@@ -132,14 +132,14 @@ class CurveLine:
     def points(
         self, shot: Shot, axis: CurveAxis, first: float, last: float, count: int
     ) -> list[tuple[float, float]]:
-        """Return (frame, place) at `count` times evenly from first to last, and at every key."""
+        """Return (frame, coordinate) at `count` even times from first to last, and at every key."""
         curve, name = shot.curves.of(axis.parameter), str(axis.parameter)
         points_key = (axis.parameter, shot.lens, shot.curves, first, last, count)
         if points_key != self._points_key:
             times = {first + (last - first) * index / (count - 1) for index in range(count)}
             times |= {key.frame for key in curve.keys if first <= key.frame <= last}
             values = ((time, _value_at(shot, curve, name, time)) for time in sorted(times))
-            self._points = [(time, axis.place_of(value)) for time, value in values]
+            self._points = [(time, axis.coordinate_of(value)) for time, value in values]
             self._points_key = points_key
         return self._points
 

@@ -37,7 +37,7 @@ _ZOOM, _MIN_ZOOM_SHARE = (
 _NAME_GAP = 0.5  # em
 _VALUE_RISE_EM = 1.6  # how far above a key its value is drawn
 _MIN_DRAG_PX = 3.0  # a smaller vertical movement of the mouse does not change the value of a key
-Line = Sequence[tuple[float, float]]  # (frame, place on the axis)
+Line = Sequence[tuple[float, float]]  # (frame, coordinate on the axis)
 
 
 def curve_editor(
@@ -69,8 +69,8 @@ def curve_editor(
     def move(
         shot: Shot, selection: KeySelection, frames: int, up: float
     ) -> tuple[Shot, KeySelection]:
-        place_change = up / heights.px_per_place if abs(up) > _MIN_DRAG_PX else 0.0
-        return move_keys(raise_keys(shot, selection, axis, place_change), selection, frames)
+        coordinate_change = up / heights.px_per_coordinate if abs(up) > _MIN_DRAG_PX else 0.0
+        return move_keys(raise_keys(shot, selection, axis, coordinate_change), selection, frames)
 
     stretch_grips(view.stretch, scale, corner.y, height)
     handle_key_drag(view.drag, scale, corner.y, height, key_positions, move)
@@ -87,9 +87,12 @@ def _handle_pointer(
     is_hovered = imgui.is_mouse_hovering_rect(*_corners(scale, heights))
     view.is_hovered = is_hovered and imgui.is_window_hovered()
     if view.is_hovered and io.key_alt and io.mouse_wheel:
-        pointer_place, factor = heights.place_at(io.mouse_pos.y), _ZOOM**-io.mouse_wheel
-        low = max(pointer_place + (heights.top_place - pointer_place) * factor, axis.top_place)
-        high = pointer_place + (heights.bottom_place - pointer_place) * factor
+        pointer_coordinate, factor = heights.coordinate_at(io.mouse_pos.y), _ZOOM**-io.mouse_wheel
+        low = max(
+            pointer_coordinate + (heights.top_coordinate - pointer_coordinate) * factor,
+            axis.top_coordinate,
+        )
+        high = pointer_coordinate + (heights.bottom_coordinate - pointer_coordinate) * factor
         view.zoom_range = low, max(high, low + _MIN_ZOOM_SHARE * axis.min_span)
 
 
@@ -139,30 +142,32 @@ def _focus_samples(
 def _visible_places(
     desk: TimeDesk, axis: CurveAxis, line: Line, samples: tuple[Sample, ...], frames_all: bool
 ) -> tuple[float, float]:
-    """Return the visible range of places: keys and curve, and the depth of field near them.
+    """Return the visible range of coordinates: keys and curve, and the depth of field near them.
 
     With `frames_all`, or if there are no keys, the range includes the marks too.
     """
     keys = desk.editing.shot.curves.of(axis.parameter).keys
-    places = [place for _, place in line] + [axis.place_of(key.value) for key in keys]
-    places += recorded_range(desk) if samples else []
-    places += _mark_places(desk) if samples and (frames_all or not keys) else []
-    low, high = min(places), max(places)
+    coordinates = [coordinate for _, coordinate in line] + [
+        axis.coordinate_of(key.value) for key in keys
+    ]
+    coordinates += recorded_range(desk) if samples else []
+    coordinates += _mark_coordinates(desk) if samples and (frames_all or not keys) else []
+    low, high = min(coordinates), max(coordinates)
     range_dioptres = max((sample.near - sample.focus for sample in samples), default=0.0)
     span = high - low + 2 * min(range_dioptres, high - low + axis.min_span)
     span = max(span, axis.min_span)
     center = (low + high) / 2
-    low = max(center - span * (0.5 + _MARGIN_SHARE), axis.top_place)
+    low = max(center - span * (0.5 + _MARGIN_SHARE), axis.top_coordinate)
     return low, max(center + span * (0.5 + _MARGIN_SHARE), low + axis.min_span)
 
 
-def _mark_places(desk: TimeDesk) -> list[float]:
-    """Return the distances of all marks at all known frames, as places of the focus axis."""
-    places = [
+def _mark_coordinates(desk: TimeDesk) -> list[float]:
+    """Return the distances of all marks at all known frames, as coordinates of the focus axis."""
+    coordinates = [
         1.0 / mark.distance_m for mark in desk.editing.shot.marks if isinstance(mark, DistanceMark)
     ]
     lines = [line for track in desk.mark_tracks() for line in track.lines]
-    return places + [place for line in lines for _, place in line]
+    return coordinates + [coordinate for line in lines for _, coordinate in line]
 
 
 def _key_positions(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heights) -> KeyPositions:
@@ -170,7 +175,7 @@ def _key_positions(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heigh
     return {
         KeyId(axis.parameter, key.frame): (
             scale.x_at(key.frame),
-            heights.y_at(axis.place_of(key.value)),
+            heights.y_at(axis.coordinate_of(key.value)),
         )
         for key in shot.curves.of(axis.parameter).keys
     }
@@ -183,9 +188,9 @@ def _draw_background(unit: str, axis: CurveAxis, scale: TimeScale, heights: Heig
     draw.add_rect_filled(corner, end, theme.colors.groove)
     last_y = end.y + em
     for value in axis.visible_labels(
-        heights.top_place, heights.bottom_place, 1.1 * em / heights.px_per_place
+        heights.top_coordinate, heights.bottom_coordinate, 1.1 * em / heights.px_per_coordinate
     ):
-        y = heights.y_at(axis.place_of(value))
+        y = heights.y_at(axis.coordinate_of(value))
         if last_y - y >= 1.1 * em and y <= end.y - 0.5 * em:
             text = axis.format_value(value, unit)
             text_x = scale.x - 0.5 * em - imgui.calc_text_size(text).x
@@ -200,10 +205,12 @@ def _corners(scale: TimeScale, heights: Heights) -> tuple[ImVec2, ImVec2]:
 
 
 def _screen_points(
-    scale: TimeScale, heights: Heights, places: Iterable[tuple[float, float]]
+    scale: TimeScale, heights: Heights, coordinates: Iterable[tuple[float, float]]
 ) -> Iterator[ImVec2]:
-    """Return the screen positions of points (frame, place)."""
-    return (ImVec2(scale.x_at(frame), heights.line_y(place)) for frame, place in places)
+    """Return the screen positions of points (frame, coordinate)."""
+    return (
+        ImVec2(scale.x_at(frame), heights.line_y(coordinate)) for frame, coordinate in coordinates
+    )
 
 
 def _draw_sharp_range(scale: TimeScale, heights: Heights, samples: tuple[Sample, ...]) -> None:
@@ -228,7 +235,7 @@ def _draw_sharp_range(scale: TimeScale, heights: Heights, samples: tuple[Sample,
 
 
 def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, em: float) -> None:
-    """Draw a line of points (frame, place), clipped to the editor."""
+    """Draw a line of points (frame, coordinate), clipped to the editor."""
     draw = imgui.get_window_draw_list()
     draw.push_clip_rect(*_corners(scale, heights), True)
     width = em * imgui.get_font_size()
@@ -253,12 +260,12 @@ def _draw_marks(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
             _draw_dashes(_screen_points(scale, heights, bridge), 0.5 * em)
     for mark in desk.editing.shot.marks:
         if isinstance(mark, DistanceMark):
-            place = 1.0 / mark.distance_m
-            lines.append((mark.name, ((scale.first, place), (scale.last, place))))
+            coordinate = 1.0 / mark.distance_m
+            lines.append((mark.name, ((scale.first, coordinate), (scale.last, coordinate))))
     for name, line in sorted(lines, key=lambda named_line: named_line[1][-1][1]):
         draw.add_polyline([*_screen_points(scale, heights, line)], theme.colors.mark, 0.1 * em, 0)
         x = min(scale.x_at(line[-1][0]), end.x) - _GRIP_MARGIN_EM * em
-        if heights.top_place <= line[-1][1] <= heights.bottom_place:
+        if heights.top_coordinate <= line[-1][1] <= heights.bottom_coordinate:
             names.draw(name, x, heights.y_at(line[-1][1]), theme.colors.mark)
     draw.pop_clip_rect()
 

@@ -79,29 +79,31 @@ def _tolerance_slider(desk: TimeDesk) -> None:
 
 
 def recorded_range(desk: TimeDesk) -> list[float]:
-    """Return the lowest and highest place that `draw_recorded` draws, in dioptres; [] for none."""
+    """Return the lowest and highest value that `draw_recorded` draws, in dioptres; [] for none."""
     recording = desk.recording
-    places = [1.0 / distance_m for _, distance_m in recording.samples]
+    coordinates = [1.0 / distance_m for _, distance_m in recording.samples]
     tolerance = recording.tolerance_dioptres
-    return [min(places) - tolerance, max(places) + tolerance] if places else []
+    return [min(coordinates) - tolerance, max(coordinates) + tolerance] if coordinates else []
 
 
 def draw_recorded(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
     """Draw the recorded focus as a line, inside the band of the tolerance of the keys."""
     draw, recording = imgui.get_window_draw_list(), desk.recording
     tolerance = recording.tolerance_dioptres
-    places = [(frame, 1.0 / distance_m) for frame, distance_m in recording.samples]
+    coordinates = [(frame, 1.0 / distance_m) for frame, distance_m in recording.samples]
     corner = ImVec2(scale.x, heights.y)
     draw.push_clip_rect(corner, ImVec2(scale.x + scale.width, heights.y + heights.height), True)
 
-    def at(place: tuple[float, float], offset: float) -> ImVec2:
+    def at(coordinate: tuple[float, float], offset: float) -> ImVec2:
         """Return the screen position of a sample (frame, dioptres), `offset` dioptres lower."""
-        return ImVec2(scale.x_at(place[0]), heights.y_at(place[1] + offset))
+        return ImVec2(scale.x_at(coordinate[0]), heights.y_at(coordinate[1] + offset))
 
     old_flags, draw.flags = draw.flags, 0  # or each seam between two quads would be drawn twice
-    for a, b in pairwise(places):
+    for a, b in pairwise(coordinates):
         corners = at(a, -tolerance), at(b, -tolerance), at(b, tolerance), at(a, tolerance)
         draw.add_quad_filled(*corners, theme.colors.tolerance_band)
     draw.flags = old_flags
-    draw.add_polyline([at(place, 0.0) for place in places], theme.colors.recorded, 1.2, 0)
+    draw.add_polyline(
+        [at(coordinate, 0.0) for coordinate in coordinates], theme.colors.recorded, 1.2, 0
+    )
     draw.pop_clip_rect()

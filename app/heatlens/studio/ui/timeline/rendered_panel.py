@@ -23,7 +23,7 @@ def rendered_words(desk: TimeDesk) -> str:
     if not pull.wanted_count:
         return ""
     done_count, wanted_count = len(pull.progress.rendered_frames), pull.wanted_count
-    prefix = "preview: " if is_playing and not pull.plays_kept_frames else ""
+    prefix = "preview: " if is_playing and not pull.plays_cached_frames else ""
     if done_count == wanted_count and wanted_count == desk.timeline.played.count:
         return f"all {wanted_count} frames rendered"
     return f"{prefix}{done_count} of {wanted_count} frames rendered"

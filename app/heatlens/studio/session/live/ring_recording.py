@@ -11,7 +11,7 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.timecode import Timecode
 from heatlens.media.live.ring.sources import LensSample
-from heatlens.studio.session.live.ring_hand import RingHand
+from heatlens.studio.session.live.ring_follower import RingFollower
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.shot.editing import Editing
 
@@ -23,10 +23,10 @@ _RECORDED_PARAMETERS = tuple(
 )
 
 
-class RingTake:
+class RingRecording:
     """Records the samples of the followed ring since `begin`."""
 
-    def __init__(self, ring: RingHand, source: OpenSource, editing: Editing) -> None:
+    def __init__(self, ring: RingFollower, source: OpenSource, editing: Editing) -> None:
         self._ring, self._source, self._editing = ring, source, editing
         self._version = 0
         self._samples: list[FrameSample] = []

@@ -6,8 +6,8 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.timecode import Timecode
 from heatlens.media.live.ring.sources import LensSample, RingSources
-from heatlens.studio.session.live.ring_hand import RingHand
-from heatlens.studio.session.live.ring_take import RingTake, place_by_timecode
+from heatlens.studio.session.live.ring_follower import RingFollower
+from heatlens.studio.session.live.ring_recording import RingRecording, place_by_timecode
 from support.evening import FIRST, LAST
 from support.takes import pull_focus_m, reset_recording, session_with_walls
 
@@ -71,9 +71,9 @@ def shared_session(tmp_path_factory):
 def session(shared_session):
     """Return a session that follows a fake ring."""
     reset_recording(shared_session, FOCUS, IRIS, f_stop=2.8)
-    ring = RingHand(Ring(), shared_session.editing, shared_session.messages.say)
+    ring = RingFollower(Ring(), shared_session.editing, shared_session.messages.say)
     shared_session.lens.ring = ring
-    shared_session.time.recording._ring = RingTake(
+    shared_session.time.recording._ring = RingRecording(
         ring, shared_session.source, shared_session.editing
     )
     return shared_session

@@ -6,15 +6,15 @@ from dataclasses import replace
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import ViewState
-from heatlens.render.display.screen_frames import MOST_BYTES, ScreenFrames, ScreenLook
+from heatlens.render.display.screen_frames import MOST_BYTES, ScreenFrames, ScreenTransform
 from heatlens.render.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Texture
 from heatlens.render.gpu.textures import new_texture
-from heatlens.render.preview.shown import Shown
+from heatlens.render.preview.shown import ShownPicture
+from heatlens.render.rendered_frames.cached_pictures import CachedPicture
 from heatlens.render.rendered_frames.frame_filler import FrameJob
-from heatlens.render.rendered_frames.kept_pictures import KeptPicture
-from heatlens.render.rendered_frames.screen_work import KeptFrame, ScreenWork
+from heatlens.render.rendered_frames.screen_work import CachedFrame, ScreenWork
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.playing.ahead_jobs import FramesRequest
 from heatlens.studio.session.playing.frames_ahead import FramesAhead
@@ -24,7 +24,7 @@ from heatlens.studio.session.shot.editing import Editing
 ScreenRequest = tuple[FramesRequest | None, ViewState, int, float]
 
 
-class KeptScreen(ScreenWork):
+class CachedScreen(ScreenWork):
     """Shows the frames that a `FramesAhead` keeps, and converts them for the screen beforehand."""
 
     def __init__(
@@ -42,7 +42,7 @@ class KeptScreen(ScreenWork):
         self._is_slow = is_software(ctx)
         self._texture: Texture | None = None
         self._gpu_key = ""  # key of the frame in the texture
-        self._current_frame: KeptFrame | None = None
+        self._current_frame: CachedFrame | None = None
         self._prepared_for: ScreenRequest | None = None  # the request whose frames are all prepared
 
     def forget_frames(self) -> None:
@@ -50,7 +50,7 @@ class KeptScreen(ScreenWork):
         self._current_frame, self._gpu_key, self._prepared_for = None, "", None
         self._frames.clear()
 
-    def frame_at_playhead(self) -> KeptFrame | None:
+    def frame_at_playhead(self) -> CachedFrame | None:
         """Return the picture at the playhead; while it is read from disk, the previous one."""
         pull = self._frames_ahead
         is_kept = pull.is_on and self._view.is_lens_alone and not self._editing.trial_parameters
@@ -59,17 +59,17 @@ class KeptScreen(ScreenWork):
             return None
         picture = pull.store.memory.get(job.key)
         if picture is None:
-            return self._current_frame if pull.plays_kept_frames else None
+            return self._current_frame if pull.plays_cached_frames else None
         last_frame = self._current_frame
         is_new = last_frame is None or (last_frame.key, last_frame.frame) != (
             job.key,
             self._editing.frame,
         )
         if last_frame is None or is_new or last_frame.texture is not self._texture:
-            self._current_frame = self._kept_frame(job, picture)
+            self._current_frame = self._cached_frame(job, picture)
         return self._current_frame
 
-    def _kept_frame(self, job: FrameJob, picture: KeptPicture) -> KeptFrame:
+    def _cached_frame(self, job: FrameJob, picture: CachedPicture) -> CachedFrame:
         """Return a picture from memory as a frame, with a texture that is not filled yet."""
         height, width = picture.pixels.shape[:2]
         if self._texture is None or self._texture.size != (width, height):
@@ -78,60 +78,64 @@ class KeptScreen(ScreenWork):
             self._texture = new_texture(self._ctx, (width, height), 4, "f2", "rendered frame")
             self._gpu_key = ""
         shot, frame = self._editing.shot, self._editing.frame
-        return KeptFrame(
+        return CachedFrame(
             self._texture, shot, frame, shot.defocus, 0.0, key=job.key, picture=picture
         )
 
-    def upload(self, kept_frame: Shown) -> Shown:
+    def upload(self, cached_frame: ShownPicture) -> ShownPicture:
         """Return the same picture with its texture filled."""
         if (
-            isinstance(kept_frame, KeptFrame)
-            and kept_frame.picture is not None
-            and self._gpu_key != kept_frame.key
+            isinstance(cached_frame, CachedFrame)
+            and cached_frame.picture is not None
+            and self._gpu_key != cached_frame.key
         ):
-            kept_frame.texture.write(kept_frame.picture.pixels.data.cast("B"))
-            self._gpu_key = kept_frame.key
-        return kept_frame
+            cached_frame.texture.write(cached_frame.picture.pixels.data.cast("B"))
+            self._gpu_key = cached_frame.key
+        return cached_frame
 
-    def windows(self, kept_frame: Shown) -> tuple[Box, Box] | None:
+    def windows(self, cached_frame: ShownPicture) -> tuple[Box, Box] | None:
         """Return data and display window of a kept frame; None if they are the current ones."""
-        picture = kept_frame.picture if isinstance(kept_frame, KeptFrame) else None
+        picture = cached_frame.picture if isinstance(cached_frame, CachedFrame) else None
         return None if picture is None else self._source.feed.kept_windows(picture)
 
-    def texture(self, kept_frame: KeptFrame, view: ViewState) -> Texture:
+    def texture(self, cached_frame: CachedFrame, view: ViewState) -> Texture:
         """Return the frame in the colors of the screen.
 
         The exposure of `view` includes the transmission of the lens.
         """
-        look = self._screen_look(view, kept_frame.texture.size)
+        transform = self._screen_transform(view, cached_frame.texture.size)
         if self._is_slow:
-            size, keys = kept_frame.texture.size, self._frames_ahead.progress.keys
+            size, keys = cached_frame.texture.size, self._frames_ahead.progress.keys
             memory = self._frames_ahead.store.memory
             self._frames.most_bytes = min(MOST_BYTES, memory.limit_bytes // 2)
 
             def draw(out: Texture) -> None:
-                self._draw_colors(kept_frame, look, out)
+                self._draw_colors(cached_frame, transform, out)
 
-            prepared_texture = self._frames.texture(kept_frame.key, look, size, keys, draw)
+            prepared_texture = self._frames.texture(cached_frame.key, transform, size, keys, draw)
             if prepared_texture is not None:
                 return prepared_texture
         screen = self._screen
-        screen.with_mipmaps = look.has_mipmaps
-        self.upload(kept_frame)
+        screen.with_mipmaps = transform.has_mipmaps
+        self.upload(cached_frame)
         plate = self._source.picture.renderer.loaded
-        return screen.a(kept_frame, kept_frame.key, plate, view, kept_frame.texture)
+        return screen.a(cached_frame, cached_frame.key, plate, view, cached_frame.texture)
 
-    def _screen_look(self, view: ViewState, size: tuple[int, int]) -> ScreenLook:
+    def _screen_transform(self, view: ViewState, size: tuple[int, int]) -> ScreenTransform:
         """Return what decides the colors of a frame of this size on the screen."""
         zoom = self._view.zoom * self._source.picture_shape(self._editing.shot).height_px / size[1]
         version = self._screen.transform_version
-        return ScreenLook(view.exposure_stops, view.gamma, version, zoom < MIPMAPS_UNDER)
+        return ScreenTransform(view.exposure_stops, view.gamma, version, zoom < MIPMAPS_UNDER)
 
-    def _draw_colors(self, kept_frame: KeptFrame, look: ScreenLook, target: Texture) -> None:
+    def _draw_colors(
+        self, cached_frame: CachedFrame, transform: ScreenTransform, target: Texture
+    ) -> None:
         """Draw a frame in the colors of the screen into `target`."""
-        self.upload(kept_frame)
-        self._screen.display.run(kept_frame.texture, target, look.exposure_stops, look.gamma)
-        if look.has_mipmaps:
+        self.upload(cached_frame)
+        self._screen.display.run(
+            cached_frame.texture, target, transform.exposure_stops, transform.gamma
+        )
+        if transform.has_mipmaps:
             target.build_mipmaps()
 
     # A kept frame holds scene-linear light, and needs the view transform before it is shown. A
@@ -156,11 +160,11 @@ class KeptScreen(ScreenWork):
 
     def prepare(self) -> None:
         """Convert one more frame to the colors of the screen."""
-        kept_frame = next(self._unprepared_frames(), None) if self.has_work else None
-        if kept_frame is not None:
-            self.texture(kept_frame, self._exposed_view(kept_frame))
+        cached_frame = next(self._unprepared_frames(), None) if self.has_work else None
+        if cached_frame is not None:
+            self.texture(cached_frame, self._exposed_view(cached_frame))
 
-    def _unprepared_frames(self) -> Iterator[KeptFrame]:
+    def _unprepared_frames(self) -> Iterator[CachedFrame]:
         """Yield the frames in memory that still need their conversion, while memory allows."""
         pull = self._frames_ahead
         for job in pull.progress.jobs:
@@ -168,15 +172,15 @@ class KeptScreen(ScreenWork):
             if picture is None:
                 continue
             size = picture.pixels.shape[1], picture.pixels.shape[0]
-            kept_frame = replace(self._kept_frame(job, picture), frame=job.frame)
+            cached_frame = replace(self._cached_frame(job, picture), frame=job.frame)
             if not self._frames.can_fit(job.key, size, pull.progress.keys):
                 return
             if not self._frames.has_frame(
-                job.key, self._screen_look(self._exposed_view(kept_frame), size)
+                job.key, self._screen_transform(self._exposed_view(cached_frame), size)
             ):
-                yield kept_frame
+                yield cached_frame
 
-    def _exposed_view(self, kept_frame: KeptFrame) -> ViewState:
+    def _exposed_view(self, cached_frame: CachedFrame) -> ViewState:
         """Return the view with the transmission of the frame's lens in its exposure."""
-        view, lens = self._view.state, kept_frame.shot.lens_at(kept_frame.frame)
+        view, lens = self._view.state, cached_frame.shot.lens_at(cached_frame.frame)
         return view.with_transmission(lens)

@@ -1,7 +1,7 @@
 """Keep pictures within a size limit, in memory or in a folder; the least recently used go first.
 
 Several windows may share the folder: files are written completely or not at all, and a file that is
-damaged or was deleted by another window counts as missing. `KeptPicture` is a rendered picture in
+damaged or was deleted by another window counts as missing. `CachedPicture` is a rendered picture in
 half floats with its windows, and its file format.
 """
 
@@ -40,21 +40,21 @@ _HEAD = struct.Struct("<8sII")  # magic, CRC-32 of the rest, length of the descr
 
 @dataclass(frozen=True, eq=False)
 class RenderedPicture:
-    """One frame as it was rendered: a KeptPicture with (H, W, 4) float32 pixels."""
+    """One frame as it was rendered: a CachedPicture with (H, W, 4) float32 pixels."""
 
     pixels: FloatArray
     data_window: Box
     display_window: Box
     pixel_aspect: float = 1.0
 
-    def as_kept(self) -> "KeptPicture":
+    def as_kept(self) -> "CachedPicture":
         """Return the picture in half floats; this takes a while."""
         half = to_half(self.pixels)
-        return KeptPicture(half, self.data_window, self.display_window, self.pixel_aspect)
+        return CachedPicture(half, self.data_window, self.display_window, self.pixel_aspect)
 
 
 @dataclass(frozen=True, eq=False)
-class KeptPicture:
+class CachedPicture:
     """One frame.
 
     pixels          (H, W, 4) half floats, scene-linear, premultiplied
@@ -68,7 +68,7 @@ class KeptPicture:
     display_window: Box
     pixel_aspect: float = 1.0
 
-    def as_kept(self) -> "KeptPicture":
+    def as_kept(self) -> "CachedPicture":
         """Return the picture itself."""
         return self
 
@@ -78,7 +78,7 @@ def to_half(pixels: FloatArray) -> HalfImage:
     return np.clip(pixels, -_HALF_MOST, _HALF_MOST).astype(np.float16)
 
 
-def encode_picture(picture: KeptPicture | RenderedPicture, key: str) -> bytes:
+def encode_picture(picture: CachedPicture | RenderedPicture, key: str) -> bytes:
     """Return the bytes of a file with `picture`, `key` and a checksum."""
     height, width = picture.pixels.shape[:2]
     windows = [box.corners for box in (picture.data_window, picture.display_window)]
@@ -89,10 +89,10 @@ def encode_picture(picture: KeptPicture | RenderedPicture, key: str) -> bytes:
     return b"".join((_HEAD.pack(_MAGIC, checksum, len(description)), description, pixels))
 
 
-def decode_picture(data: bytes, key: str) -> KeptPicture | None:
+def decode_picture(data: bytes, key: str) -> CachedPicture | None:
     """Return what `encode_picture` wrote under `key`; None for other or damaged data."""
     parts = _decode_parts(data, key, np.float16)
-    return None if parts is None else KeptPicture(*parts)
+    return None if parts is None else CachedPicture(*parts)
 
 
 def decode_float_picture(data: bytes, key: str) -> RenderedPicture | None:
@@ -133,7 +133,7 @@ _FREE_SHARE = 4  # the default limit is a quarter of the free memory
 _UNKNOWN_FREE = 4 << 30  # bytes, if the free memory is unknown
 
 
-class MemoryStore(ByteLru[str, KeptPicture]):
+class MemoryStore(ByteLru[str, CachedPicture]):
     """Holds pictures by key."""
 
     def __init__(self, limit_bytes: int) -> None:
@@ -181,7 +181,7 @@ class DiskStore:
         self.limit_bytes = limit_bytes
         self._trim(0)
 
-    def load(self, key: str) -> KeptPicture | None:
+    def load(self, key: str) -> CachedPicture | None:
         """Return the picture and mark its file as used; delete a damaged file and return None."""
         path = self._path(key)
         try:
@@ -195,7 +195,7 @@ class DiskStore:
                 os.utime(path)
         return picture
 
-    def save(self, key: str, picture: KeptPicture) -> None:
+    def save(self, key: str, picture: CachedPicture) -> None:
         """Write a picture, unless it is larger than the limit.
 
         Raises InputError if the file cannot be written.

@@ -17,8 +17,8 @@ from platformdirs import PlatformDirs
 
 from heatlens.core.base.paths import runtime_dir
 from heatlens.fronts.commands.main import main
-from heatlens.studio.board import window_door
-from heatlens.studio.board.window_door import WindowDoor, door_path, hand_over
+from heatlens.studio.board import window_handover
+from heatlens.studio.board.window_handover import WindowHandover, hand_over, handover_path
 from support.exr_files import distances, rgb, write_file
 
 
@@ -32,54 +32,55 @@ def wake_event() -> threading.Event:
 
 
 @pytest.fixture
-def door(monkeypatch, tmp_path, wake_event) -> Iterator[WindowDoor]:
+def handover(monkeypatch, tmp_path, wake_event) -> Iterator[WindowHandover]:
     monkeypatch.setenv("HEATLENS_RUNTIME_DIR", str(tmp_path / "run"))
     monkeypatch.setenv("HEATLENS_CONFIG_DIR", str(tmp_path / "config"))
-    new_door = WindowDoor(wake_event.set)
-    yield new_door
-    new_door.close()
+    new_handover = WindowHandover(wake_event.set)
+    yield new_handover
+    new_handover.close()
 
 
-def test_handed_over_names_arrive_once_and_in_order(door, wake_event):
-    assert door.pop_names() == []
+def test_handed_over_names_arrive_once_and_in_order(handover, wake_event):
+    assert handover.pop_names() == []
     assert hand_over(["/a.exr", "/b.exr"]) and hand_over(["demo"])
     assert wake_event.wait(10)
-    assert [door.pop_names(), door.pop_names(), door.pop_names()] == [
+    assert [handover.pop_names(), handover.pop_names(), handover.pop_names()] == [
         ["/a.exr", "/b.exr"],
         ["demo"],
         [],
     ]
 
 
-def test_door_file_and_folder_are_readable_by_the_user_only(door):
-    assert stat.S_IMODE(door_path().stat().st_mode) == 0o600
-    assert stat.S_IMODE(door_path().parent.stat().st_mode) == 0o700
+def test_handover_file_and_folder_are_readable_by_the_user_only(handover):
+    assert stat.S_IMODE(handover_path().stat().st_mode) == 0o600
+    assert stat.S_IMODE(handover_path().parent.stat().st_mode) == 0o700
 
 
-def test_hand_over_refuses_a_door_file_that_others_may_read(door):
-    door_path().chmod(0o644)
+def test_hand_over_refuses_a_handover_file_that_others_may_read(handover):
+    handover_path().chmod(0o644)
     assert not hand_over(["/a.exr"])
 
 
-def port_of_door() -> int:
-    return int(json.loads(door_path().read_text())["port"])
+def port_of_handover() -> int:
+    return int(json.loads(handover_path().read_text())["port"])
 
 
-def secret_of_door() -> bytes:
-    return str(json.loads(door_path().read_text())["secret"]).encode()
+def secret_of_handover() -> bytes:
+    return str(json.loads(handover_path().read_text())["secret"]).encode()
 
 
 @pytest.mark.parametrize("secret, names", [(b"0" * 64, b"/a.exr"), (b"", b"/a.exr"), (None, b"")])
-def test_door_answers_no_client_with_a_wrong_secret_or_no_names(door, secret, names):
+def test_handover_answers_no_client_with_a_wrong_secret_or_no_names(handover, secret, names):
     with (
         pytest.raises((OSError, EOFError, AuthenticationError)),
         Client(
-            ("127.0.0.1", port_of_door()), authkey=secret_of_door() if secret is None else secret
+            ("127.0.0.1", port_of_handover()),
+            authkey=secret_of_handover() if secret is None else secret,
         ) as line,
     ):
         line.send_bytes(names)
         line.recv_bytes()
-    assert door.pop_names() == []
+    assert handover.pop_names() == []
     assert hand_over(["/a.exr"])  # it goes on
 
 
@@ -87,29 +88,29 @@ HUGE = b"\x7f\xff\xff\xff"
 
 
 @pytest.mark.parametrize("message", [b"[" * 200_000, b"[" * 200_000 + b"\n", b"\0" * 9, HUGE, b""])
-def test_door_survives_malformed_messages(door, message):
+def test_handover_survives_malformed_messages(handover, message):
     """A deeply nested message must not be parsed before the secret is checked."""
-    with socket.create_connection(("127.0.0.1", port_of_door()), 10) as line, suppress(OSError):
+    with socket.create_connection(("127.0.0.1", port_of_handover()), 10) as line, suppress(OSError):
         line.sendall(message)
         line.shutdown(socket.SHUT_WR)
         while line.recv(1 << 16):
             pass
-    assert hand_over(["/a.exr"]) and door.pop_names() == ["/a.exr"]
+    assert hand_over(["/a.exr"]) and handover.pop_names() == ["/a.exr"]
 
 
-def test_silent_clients_do_not_block_other_clients_of_the_door(door, monkeypatch):
-    monkeypatch.setattr(window_door, "_PATIENCE_S", 60.0)
+def test_silent_clients_do_not_block_other_clients_of_the_handover(handover, monkeypatch):
+    monkeypatch.setattr(window_handover, "_PATIENCE_S", 60.0)
     with ExitStack() as stack:
         for _ in range(8):
-            stack.enter_context(socket.create_connection(("127.0.0.1", port_of_door()), 10))
-        assert hand_over(["/a.exr"]) and door.pop_names() == ["/a.exr"]
+            stack.enter_context(socket.create_connection(("127.0.0.1", port_of_handover()), 10))
+        assert hand_over(["/a.exr"]) and handover.pop_names() == ["/a.exr"]
 
 
-def test_door_closes_a_client_that_sends_too_slowly(door, monkeypatch):
+def test_handover_closes_a_client_that_sends_too_slowly(handover, monkeypatch):
     """Each byte comes in time, so only a limit for the whole message ends the connection."""
-    monkeypatch.setattr(window_door, "_PATIENCE_S", 0.2)
+    monkeypatch.setattr(window_handover, "_PATIENCE_S", 0.2)
     with (
-        socket.create_connection(("127.0.0.1", port_of_door()), 10) as line,
+        socket.create_connection(("127.0.0.1", port_of_handover()), 10) as line,
         pytest.raises(OSError),
     ):
         for byte in b"\0\0\1\0" + bytes(250):  # the length of a message, and a part of it
@@ -118,7 +119,7 @@ def test_door_closes_a_client_that_sends_too_slowly(door, monkeypatch):
 
 
 def test_hand_over_tells_a_stranger_on_the_port_no_secret_and_no_names(monkeypatch, tmp_path):
-    """A killed window leaves its door file, and another program may take its port later."""
+    """A killed window leaves its file, and another program may take its port later."""
     monkeypatch.setenv("HEATLENS_RUNTIME_DIR", str(tmp_path))
     received = []
     with Listener(("127.0.0.1", 0)) as stranger:
@@ -134,107 +135,109 @@ def test_hand_over_tells_a_stranger_on_the_port_no_secret_and_no_names(monkeypat
 
         thread = threading.Thread(target=listen)
         thread.start()
-        door_path().write_text(json.dumps({"port": stranger.address[1], "secret": "f" * 64}))
-        door_path().chmod(0o600)
+        handover_path().write_text(json.dumps({"port": stranger.address[1], "secret": "f" * 64}))
+        handover_path().chmod(0o600)
         assert not hand_over(["/secret/plate.exr"])
         thread.join(10)
     assert b"ffff" not in b"".join(received) and b"plate" not in b"".join(received)
 
 
 @pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
-def test_pipe_or_device_in_place_of_the_door_file_is_not_read(monkeypatch, tmp_path, make):
+def test_pipe_or_device_in_place_of_the_handover_file_is_not_read(monkeypatch, tmp_path, make):
     monkeypatch.setenv("HEATLENS_RUNTIME_DIR", str(tmp_path))
-    make(door_path())
+    make(handover_path())
     assert not hand_over(["/a.exr"])
-    new_door = WindowDoor(lambda: None)
-    new_door.close()
+    new_handover = WindowHandover(lambda: None)
+    new_handover.close()
 
 
-def test_link_in_place_of_the_door_file_is_replaced_not_followed(monkeypatch, tmp_path):
+def test_link_in_place_of_the_handover_file_is_replaced_not_followed(monkeypatch, tmp_path):
     monkeypatch.setenv("HEATLENS_RUNTIME_DIR", str(tmp_path))
     victim = tmp_path / "victim"
     victim.write_text("mine")
-    door_path().symlink_to(victim)
-    new_door = WindowDoor(lambda: None)
+    handover_path().symlink_to(victim)
+    new_handover = WindowHandover(lambda: None)
     assert victim.read_text() == "mine"
     assert hand_over(["/a.exr"])
-    new_door.close()
+    new_handover.close()
 
 
-def test_window_door_opens_without_the_usual_runtime_folder(monkeypatch, tmp_path):
+def test_window_handover_opens_without_the_usual_runtime_folder(monkeypatch, tmp_path):
     def usual(self) -> str:
         raise PermissionError("/tmp/runtime-0 is a symlink")
 
     monkeypatch.setattr(PlatformDirs, "user_runtime_dir", property(usual))
     monkeypatch.delenv("HEATLENS_RUNTIME_DIR", raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))
-    new_door = WindowDoor(lambda: None)
-    assert hand_over(["/a.exr"]) and new_door.pop_names() == ["/a.exr"]
-    new_door.close()
+    new_handover = WindowHandover(lambda: None)
+    assert hand_over(["/a.exr"]) and new_handover.pop_names() == ["/a.exr"]
+    new_handover.close()
 
 
-def test_hand_over_fails_without_a_window(door):
-    door.close()
-    assert not door_path().exists() and not hand_over(["/a.exr"])
-    door_path().write_text('{"port": 1, "secret": "x"}')  # left behind by one that was killed
-    door_path().chmod(0o600)
+def test_hand_over_fails_without_a_window(handover):
+    handover.close()
+    assert not handover_path().exists() and not hand_over(["/a.exr"])
+    handover_path().write_text('{"port": 1, "secret": "x"}')  # left behind by one that was killed
+    handover_path().chmod(0o600)
     assert not hand_over(["/a.exr"])
 
 
-def test_hand_over_reaches_the_later_of_two_windows(door, wake_event):
-    later = WindowDoor(wake_event.set)
-    door.close()
-    assert hand_over(["/a.exr"]) and later.pop_names() == ["/a.exr"] and door.pop_names() == []
+def test_hand_over_reaches_the_later_of_two_windows(handover, wake_event):
+    later = WindowHandover(wake_event.set)
+    handover.close()
+    assert hand_over(["/a.exr"]) and later.pop_names() == ["/a.exr"] and handover.pop_names() == []
     later.close()
 
 
-def test_closed_later_window_gives_the_door_back(door, wake_event):
-    later = WindowDoor(lambda: None)
+def test_closed_later_window_gives_the_handover_back(handover, wake_event):
+    later = WindowHandover(lambda: None)
     later.close()
     assert hand_over(["/a.exr"]) and wake_event.wait(10)
-    assert door.pop_names() == ["/a.exr"]
+    assert handover.pop_names() == ["/a.exr"]
 
 
-def test_door_of_an_earlier_window_that_has_gone_answers_nobody(door):
-    later = WindowDoor(lambda: None)
-    door.close()
+def test_handover_of_an_earlier_window_that_has_gone_answers_nobody(handover):
+    later = WindowHandover(lambda: None)
+    handover.close()
     assert hand_over(["/a.exr"]) and later.pop_names() == ["/a.exr"]
     later.close()
     assert not hand_over(["/a.exr"])
 
 
-def test_hand_over_ignores_windows_with_other_preferences(door, monkeypatch, tmp_path):
+def test_hand_over_ignores_windows_with_other_preferences(handover, monkeypatch, tmp_path):
     monkeypatch.setenv("HEATLENS_CONFIG_DIR", str(tmp_path / "other"))
     assert not hand_over(["/a.exr"])
 
 
-def test_command_without_options_hands_its_file_to_the_window(door, monkeypatch, tmp_path, capsys):
+def test_command_without_options_hands_its_file_to_the_window(
+    handover, monkeypatch, tmp_path, capsys
+):
     plate_file(tmp_path)
     monkeypatch.chdir(tmp_path)
     assert main(["room.exr"]) == 0
-    assert door.pop_names() == [str(tmp_path / "room.exr")]
+    assert handover.pop_names() == [str(tmp_path / "room.exr")]
     assert "--new-window" in capsys.readouterr().err
-    assert main(["view", "gone.exr"]) == 2 and door.pop_names() == []
-    assert main(["demo"]) == 0 and door.pop_names() == ["demo"]
+    assert main(["view", "gone.exr"]) == 2 and handover.pop_names() == []
+    assert main(["demo"]) == 0 and handover.pop_names() == ["demo"]
 
 
 @pytest.mark.parametrize("words", [("--new-window",), ("--f-stop", "2")])
-def test_command_with_options_opens_a_window_of_its_own(door, monkeypatch, tmp_path, words):
+def test_command_with_options_opens_a_window_of_its_own(handover, monkeypatch, tmp_path, words):
     opened_plates: list[Path] = []
     monkeypatch.setattr(
         "heatlens.fronts.commands.view._open", lambda args: opened_plates.append(args.plate) or 0
     )
     assert main([str(plate_file(tmp_path)), *words]) == 0
-    assert door.pop_names() == [] and len(opened_plates) == 1
+    assert handover.pop_names() == [] and len(opened_plates) == 1
 
 
-def test_window_door_works_without_a_folder_for_its_file(monkeypatch, tmp_path):
+def test_window_handover_works_without_a_folder_for_its_file(monkeypatch, tmp_path):
     (tmp_path / "file").write_text("")
-    new_door = WindowDoor(lambda: None, tmp_path / "file" / "window.json")
-    assert new_door.pop_names() == []
-    new_door.close()
+    new_handover = WindowHandover(lambda: None, tmp_path / "file" / "window.json")
+    assert new_handover.pop_names() == []
+    new_handover.close()
     with pytest.raises(OSError):
-        window_door._read_door(tmp_path / "file" / "window.json")
+        window_handover._read_handover(tmp_path / "file" / "window.json")
 
 
 def test_runtime_dir_exists_without_environment_variables(monkeypatch):

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.messages import report_errors
 from heatlens.core.model.marks.mark import Mark
-from heatlens.core.model.marks.marks import Hold, PointMark, WorldMark
+from heatlens.core.model.marks.marks import MarkAnchor, PointMark, WorldMark
 from heatlens.core.model.marks.track_mark import Click, TrackMark
 from heatlens.media.plate.mark_distance import make_world_mark, stands_still, world_point
 from heatlens.media.plate.plate import Plate
@@ -14,7 +14,7 @@ from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.timeline import Timeline
 
 
-class MarkHolds(Commands):
+class MarkAnchors(Commands):
     """Chooses what a mark holds on to, and changes it; a change is one undo step."""
 
     def __init__(
@@ -34,7 +34,7 @@ class MarkHolds(Commands):
             self._say(picture.problem or f"Frame {frame} is not shown yet: try again when it is.")
         return is_shown
 
-    def best_hold(self, point: PointMark) -> PointMark | WorldMark:
+    def best_anchor(self, point: PointMark) -> PointMark | WorldMark:
         """Return a mark on the place in the world at a point if it stands still, else the point.
 
         It is compared with the frames in memory, so that nothing has to be read.
@@ -54,14 +54,14 @@ class MarkHolds(Commands):
             if cache is not None and isinstance(plate := cache.get(frame), Plate):
                 yield plate
 
-    def hold_on_to(self, mark: Mark, hold: Hold) -> None:
+    def anchor_to(self, mark: Mark, anchor: MarkAnchor) -> None:
         """Let the mark hold on to something else that is where it is at this frame."""
         point = self._point_of(mark)
         if point is None:
             self._say(f"{mark.name} is not in the picture at this frame: go to one that shows it.")
-        elif hold is Hold.SURFACE:
+        elif anchor is MarkAnchor.SURFACE:
             self.track(mark, point)
-        elif hold is Hold.PLACE:
+        elif anchor is MarkAnchor.PLACE:
             self.fix_in_world(mark, point)
         elif self.is_playhead_shown():
             self._change(mark, point)

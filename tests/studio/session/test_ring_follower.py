@@ -9,7 +9,7 @@ from heatlens.core.model.lens.lens import Lens, MeasuredFrom
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.live.ring.channel_map import Ring
 from heatlens.media.live.ring.sources import LensSample, SourceState
-from heatlens.studio.session.live.ring_hand import RingHand
+from heatlens.studio.session.live.ring_follower import RingFollower
 from heatlens.studio.session.shot.editing import Editing
 
 
@@ -51,8 +51,8 @@ def receiver() -> FakeReceiver:
 
 
 @pytest.fixture
-def hand(receiver, editing, messages) -> RingHand:
-    return RingHand(receiver, editing, messages.append)
+def hand(receiver, editing, messages) -> RingFollower:
+    return RingFollower(receiver, editing, messages.append)
 
 
 def test_ring_sets_the_lens_values_it_sends_and_no_others(hand, receiver, editing):
@@ -141,7 +141,7 @@ def test_learning_without_a_turn_is_reported(hand, receiver, messages):
 
 def test_to_picture_s_runs_from_first_turn_to_picture_of_the_last(receiver, editing, messages):
     clock_s = [10.0]
-    hand = RingHand(receiver, editing, messages.append, clock=lambda: clock_s[0])
+    hand = RingFollower(receiver, editing, messages.append, clock=lambda: clock_s[0])
     before = editing.lens
     assert hand.median_latency_s is None
     receiver.hears(focus_distance_m=1.4, age_s=0.003)
@@ -158,14 +158,14 @@ def test_to_picture_s_runs_from_first_turn_to_picture_of_the_last(receiver, edit
 
 
 def test_ring_hand_without_a_ring_waits_for_nothing(editing, messages):
-    hand = RingHand(None, editing, messages.append)
+    hand = RingFollower(None, editing, messages.append)
     hand.poll()
     assert hand.heard is None and hand.seconds_until_needed() is None
 
 
 def test_ring_news_wakes_the_window_only_for_a_changed_lens(receiver, editing, messages):
     wake_calls: list[int] = []
-    hand = RingHand(receiver, editing, messages.append, wake=lambda: wake_calls.append(1))
+    hand = RingFollower(receiver, editing, messages.append, wake=lambda: wake_calls.append(1))
     receiver.hears(focus_distance_m=1.4)
     receiver.on_news()
     assert wake_calls == [1] and hand.news.is_due
@@ -178,7 +178,7 @@ def test_ring_news_wakes_the_window_only_for_a_changed_lens(receiver, editing, m
 
 def test_is_turning_lasts_a_moment_after_each_turn(receiver, editing, messages):
     clock_s = [10.0]
-    hand = RingHand(receiver, editing, messages.append, clock=lambda: clock_s[0])
+    hand = RingFollower(receiver, editing, messages.append, clock=lambda: clock_s[0])
     assert not hand.is_turning
     receiver.hears(focus_distance_m=1.4)
     hand.poll()

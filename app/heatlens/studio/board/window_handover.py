@@ -26,7 +26,7 @@ from heatlens.core.base.paths import (
     read_file_and_status,
     runtime_dir,
 )
-from heatlens.media.files.atomic_file import FOR_THE_USER, write_whole
+from heatlens.media.files.atomic_file import FOR_THE_USER, write_atomically
 
 _HOST = "127.0.0.1"
 _PATIENCE_S = 2.0  # time limit of a whole request; a thread answers even while the window draws
@@ -39,7 +39,7 @@ _ANSWER = b"opened"
 _REFUSALS = (OSError, EOFError, ValueError, AssertionError, ProcessError)
 
 
-def door_path() -> Path:
+def handover_path() -> Path:
     """Return the file in which a window on this display publishes its port."""
     display = [os.environ.get(name, "") for name in ("WAYLAND_DISPLAY", "DISPLAY")]
     identity = json.dumps([*display, str(preferences_dir().absolute()), socket.gethostname()])
@@ -49,7 +49,7 @@ def door_path() -> Path:
 def hand_over(names: Sequence[str]) -> bool:
     """Have the running window open the absolute paths `names`; return False if none answers."""
     with suppress(*_REFUSALS):
-        port, secret = _read_door(door_path())
+        port, secret = _read_handover(handover_path())
         with _limit_time(socket.create_connection((_HOST, port), _PATIENCE_S)) as connection:
             answer_challenge(connection, secret)
             deliver_challenge(connection, secret)
@@ -58,7 +58,7 @@ def hand_over(names: Sequence[str]) -> bool:
     return False
 
 
-def _read_door(path: Path) -> tuple[int, bytes]:
+def _read_handover(path: Path) -> tuple[int, bytes]:
     """Return port and secret. Raises OSError or ValueError if this user wrote no such file."""
     text, status = read_file_and_status(path)
     record = json.loads(text) if is_of_user_alone(status) else None
@@ -91,7 +91,7 @@ def _shut_down(open_socket: socket.socket) -> None:
         open_socket.shutdown(socket.SHUT_RDWR)
 
 
-class WindowDoor:
+class WindowHandover:
     """Listens for names while it is open; `pop_names` returns those that have arrived."""
 
     def __init__(self, wake: Callable[[], None], path: Path | None = None) -> None:
@@ -100,12 +100,14 @@ class WindowDoor:
         If listening or writing the file fails, no names will come, and the window works without.
         """
         self._wake = wake
-        self._path = path or door_path()
+        self._path = path or handover_path()
         self._names: deque[list[str]] = deque()
         self._secret = secrets.token_hex(32)
         self._clients = BoundedSemaphore(_CLIENTS_MOST)
         self._socket: socket.socket | None = None
-        self._earlier_door: tuple[int, bytes] | None = None  # of the window that listened before
+        self._earlier_handover: tuple[int, bytes] | None = (
+            None  # of the window that listened before
+        )
         with suppress(OSError, InputError):
             self._start_listening()
 
@@ -114,15 +116,15 @@ class WindowDoor:
         self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._socket = listening_socket = socket.create_server((_HOST, 0), backlog=_CLIENTS_MOST)
         with suppress(OSError, ValueError):
-            self._earlier_door = _read_door(self._path)
-        self._write_door(listening_socket.getsockname()[1], self._secret)
+            self._earlier_handover = _read_handover(self._path)
+        self._write_handover(listening_socket.getsockname()[1], self._secret)
         Thread(target=self._accept_clients, args=(listening_socket,), daemon=True).start()
 
-    def _write_door(self, port: int, secret: str) -> None:
+    def _write_handover(self, port: int, secret: str) -> None:
         """Write a port and a secret to the file."""
         record = {"port": port, "secret": secret}
         # Others may be able to write in the folder, so links there are not followed.
-        write_whole(self._path, json.dumps(record).encode(), FOR_THE_USER, follows_links=False)
+        write_atomically(self._path, json.dumps(record).encode(), FOR_THE_USER, follows_links=False)
 
     def pop_names(self) -> list[str]:
         """Return the names of the oldest waiting request and remove it; [] if there is none."""
@@ -134,11 +136,11 @@ class WindowDoor:
         A file that belongs to a later window stays.
         """
         with suppress(OSError, ValueError, InputError):
-            if _read_door(self._path)[1] == self._secret.encode():
+            if _read_handover(self._path)[1] == self._secret.encode():
                 self._path.unlink()
-                if self._earlier_door is not None:
-                    port, secret = self._earlier_door
-                    self._write_door(port, secret.decode())
+                if self._earlier_handover is not None:
+                    port, secret = self._earlier_handover
+                    self._write_handover(port, secret.decode())
         if self._socket is not None:
             _shut_down(self._socket)
             self._socket.close()

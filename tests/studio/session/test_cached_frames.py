@@ -15,11 +15,11 @@ from heatlens.media.plate.read import read_plate
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
-from heatlens.render.preview.shown import Shown
-from heatlens.render.rendered_frames.kept_pictures import to_half
+from heatlens.render.preview.shown import ShownPicture
+from heatlens.render.rendered_frames.cached_pictures import to_half
 from heatlens.studio.board.session import Session
 from heatlens.studio.session.playing import ahead_jobs, frames_ahead
-from heatlens.studio.session.playing.kept_screen import KeptScreen
+from heatlens.studio.session.playing.cached_screen import CachedScreen
 from heatlens.studio.settings.preferences import Preferences
 from heatlens.studio.settings.start import Start
 from support.evening import run_loop_once, run_until, run_until_settled
@@ -62,7 +62,7 @@ def wait_for_all_frames(session, count=4):
 
 
 def test_all_played_frames_are_rendered_ahead_as_by_the_renderer(session, pull, renderer, tmp_path):
-    assert pull.is_on and not pull.plays_kept_frames
+    assert pull.is_on and not pull.plays_cached_frames
     wait_for_all_frames(session)
     assert pull.progress.rendered_frames == FRAMES and pull.progress.runs == (
         FrameRange(FIRST, LAST),
@@ -74,9 +74,9 @@ def test_all_played_frames_are_rendered_ahead_as_by_the_renderer(session, pull, 
     for frame in FRAMES:
         assert pull.is_rendered(frame) and pull.is_in_memory(frame)
         own_renderer.load(read_plate(tmp_path / f"shot.{frame}.exr"))
-        kept_frame = pull.store.memory.get(pull.jobs.job_of(frame).key)
+        cached_frame = pull.store.memory.get(pull.jobs.job_of(frame).key)
         np.testing.assert_array_equal(
-            kept_frame.pixels, to_half(own_renderer.pixels(session.editing.shot, frame))
+            cached_frame.pixels, to_half(own_renderer.pixels(session.editing.shot, frame))
         )
 
 
@@ -183,7 +183,7 @@ def test_no_frame_is_rendered_ahead_while_playing_busy_or_switched_off(session, 
 def test_kept_frames_play_alone_only_without_overlay_and_comparison(session, pull):
     wait_for_all_frames(session)
     session.time.timeline.play(1)
-    assert pull.plays_kept_frames
+    assert pull.plays_cached_frames
     view = session.pictures.commands
     for change in (
         {"overlay": "zones"},
@@ -192,11 +192,11 @@ def test_kept_frames_play_alone_only_without_overlay_and_comparison(session, pul
     ):
         before = {name: getattr(session.facts.view, name) for name in change}
         view.change(**change)
-        assert not pull.plays_kept_frames
+        assert not pull.plays_cached_frames
         view.change(**before)
-    assert pull.plays_kept_frames
+    assert pull.plays_cached_frames
     session.time.timeline.playback.stop()
-    assert not pull.plays_kept_frames
+    assert not pull.plays_cached_frames
 
 
 def test_cleared_frames_ahead_are_rendered_again(session, pull):
@@ -236,7 +236,7 @@ def test_frame_that_cannot_be_rendered_is_skipped_until_another_source(
     assert pull.has_work  # tried again with another source
 
 
-def test_scale_of_kept_pictures_follows_size_of_the_viewport(session, pull):
+def test_scale_of_cached_pictures_follows_size_of_the_viewport(session, pull):
     view = session.pictures.view
     for size, scale in ((WIDTH, 1.0), (3 * WIDTH, 1.0), (WIDTH / 2, 0.5), (WIDTH / 32, 1 / 16)):
         view.viewport = Viewport((0.0, 0.0), (size, float(HEIGHT)))
@@ -255,34 +255,36 @@ def test_scale_of_kept_pictures_follows_size_of_the_viewport(session, pull):
 def screen(session, pull):
     pictures = ScreenPictures(session.pictures.renderer.ctx)
     pictures.display.set_transform(session.pictures.color.transform)
-    kept_screen = KeptScreen(pull, session.source, session.editing, session.pictures.view, pictures)
-    pull.screen = kept_screen
-    yield kept_screen
-    kept_screen.forget_frames()
+    cached_screen = CachedScreen(
+        pull, session.source, session.editing, session.pictures.view, pictures
+    )
+    pull.screen = cached_screen
+    yield cached_screen
+    cached_screen.forget_frames()
 
 
-def test_kept_screen_shows_frame_at_playhead_as_rendered(session, pull, screen):
+def test_cached_screen_shows_frame_at_playhead_as_rendered(session, pull, screen):
     assert screen.frame_at_playhead() is None  # none is rendered
     wait_for_all_frames(session)
     session.time.timeline.go_to(FIRST + 1)
     shown = screen.frame_at_playhead()
     assert (shown.frame, shown.shot, shown.is_whole) == (FIRST + 1, session.editing.shot, True)
     assert screen.frame_at_playhead() is shown and screen.upload(shown) is shown
-    kept_frame = pull.store.memory.get(pull.jobs.job_of(FIRST + 1).key)
-    np.testing.assert_array_equal(download(shown.texture), kept_frame.pixels.astype(np.float32))
-    assert screen.windows(shown) == session.source.feed.kept_windows(kept_frame)
+    cached_frame = pull.store.memory.get(pull.jobs.job_of(FIRST + 1).key)
+    np.testing.assert_array_equal(download(shown.texture), cached_frame.pixels.astype(np.float32))
+    assert screen.windows(shown) == session.source.feed.kept_windows(cached_frame)
     session.time.timeline.go_to(FIRST + 2)
     later = screen.upload(screen.frame_at_playhead())
     assert later is not shown and later.texture is shown.texture
-    kept_frame = pull.store.memory.get(pull.jobs.job_of(FIRST + 2).key)
-    np.testing.assert_array_equal(download(later.texture), kept_frame.pixels.astype(np.float32))
+    cached_frame = pull.store.memory.get(pull.jobs.job_of(FIRST + 2).key)
+    np.testing.assert_array_equal(download(later.texture), cached_frame.pixels.astype(np.float32))
     session.pictures.commands.toggle_overlay("zones")
     assert screen.frame_at_playhead() is None
-    plain = Shown(later.texture, later.shot, 1, later.shot.defocus, 0.0)
+    plain = ShownPicture(later.texture, later.shot, 1, later.shot.defocus, 0.0)
     assert screen.windows(plain) is None and screen.upload(plain) is plain
 
 
-def test_kept_screen_prepares_one_texture_per_frame_at_rest(session, pull, screen):
+def test_cached_screen_prepares_one_texture_per_frame_at_rest(session, pull, screen):
     wait_for_all_frames(session)
     run_until(session, lambda: not screen.has_work, "all frames")
     view = session.facts.view
@@ -302,7 +304,7 @@ def test_kept_screen_prepares_one_texture_per_frame_at_rest(session, pull, scree
     assert screen.has_work
 
 
-def test_kept_screen_prepares_smaller_mipmap_level_when_zoomed_out(session, screen, monkeypatch):
+def test_cached_screen_prepares_smaller_mipmap_level_when_zoomed_out(session, screen, monkeypatch):
     monkeypatch.setattr(PictureView, "zoom", 0.25)
     wait_for_all_frames(session)
     run_until(session, lambda: not screen.has_work, "all frames")

@@ -70,7 +70,7 @@ _TURNING_S = 0.3  # the ring counts as being turned for this long after a change
 _FOLLOWED_FIELDS = ("focus_distance_m", "f_stop", "t_stop", "focal_length_mm", "pupil_offset_mm")
 
 
-class RingHand(Worker):
+class RingFollower(Worker):
     """Applies changes of the received lens to the shot, as if the user had made them.
 
     A value set in the window stays until the ring is turned again. When samples stop coming, the
