@@ -133,8 +133,8 @@ class Monkey:
             self.gui.hold(K.mod_ctrl)
             self.gui.hold(K.mod_shift)
         self.gui.click(position, button)
-        self.gui.hold(K.mod_ctrl, False)
-        self.gui.hold(K.mod_shift, False)
+        self.gui.hold(K.mod_ctrl, down=False)
+        self.gui.hold(K.mod_shift, down=False)
 
     def _drag(self) -> None:
         self.gui.drag(

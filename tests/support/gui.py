@@ -158,10 +158,10 @@ class Gui:
             if is_held:
                 self.hold(mod)
         self.hold(key)
-        self.hold(key, False)
+        self.hold(key, down=False)
         for mod, is_held in ((imgui.Key.mod_ctrl, ctrl), (imgui.Key.mod_shift, shift)):
             if is_held:
-                self.hold(mod, False)
+                self.hold(mod, down=False)
 
     def type(self, text: str) -> None:
         self.io.add_input_characters_utf8(text)

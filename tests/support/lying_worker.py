@@ -61,7 +61,13 @@ def _send_files(task: PartTask, files: Sequence[bytes | None], report: Tell) -> 
     for frame, data in zip(parse_frames(task.frames), files, strict=True):
         size = len(data) if task.fetch and data is not None else None
         report_of_part = PartDone(
-            frame, False, "", (), ("a driver\x1b[2J", "tcp://worker"), "", size
+            frame,
+            was_there=False,
+            surfaces_lost="",
+            remarks=(),
+            driver=("a driver\x1b[2J", "tcp://worker"),
+            pace="",
+            size=size,
         )
         if not task.fetch:
             if data is not None:
@@ -89,7 +95,7 @@ def _truncated_files(task: PartTask, report: Tell) -> Parts:
 
 
 def _other_frames(task: PartTask, report: Tell) -> Parts:
-    report_of_part = PartDone(7, False, "", ())
+    report_of_part = PartDone(7, was_there=False, surfaces_lost="", remarks=())
     report(report_of_part)
     return [(report_of_part, None)]
 

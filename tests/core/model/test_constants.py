@@ -188,8 +188,8 @@ def test_method_facts_and_ranges_of_defocus_settings():
     assert {m for m in Method if m.facts.grows_with_blur} == {Method.GATHER, Method.SCATTER}
     assert Method.RAYTRACED.facts.views_are == "rays a pixel"
     assert Method.ACCUMULATION.facts.views_are == "views"
-    assert set(barred_methods(False)) == {Method.ACCUMULATION, Method.RAYTRACED}
-    assert barred_methods(True) == {}
+    assert set(barred_methods(has_many_views=False)) == {Method.ACCUMULATION, Method.RAYTRACED}
+    assert barred_methods(has_many_views=True) == {}
     for wrong in ({"layers": 8}, {"layers": 0}, {"proxy": 1.01}, {"proxy": 0.06}, {"views": 0}):
         expect_input_error(lambda wrong=wrong: DefocusSettings(**wrong), "must be")
     DefocusSettings(layers=7, proxy=1 / 16, views=65536)

@@ -72,7 +72,7 @@ def test_progress_reports_merged_surfaces_once_at_end(capsys, kind):
     plan = SimpleNamespace(frames=frames, job=SimpleNamespace(output=output))
     with progress_of(kind, plan) as report:
         for frame, lost in ((1, ""), (2, "Some were merged."), (3, "Others were merged.")):
-            report(FrameDone(frame, None, False, lost))
+            report(FrameDone(frame, None, was_there=False, surfaces_lost=lost))
     captured = capsys.readouterr()
     sentence = "Frame 2: Some were merged."
     assert (captured.out + captured.err).count(

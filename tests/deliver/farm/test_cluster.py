@@ -100,7 +100,7 @@ def test_failed_task_names_cause_and_worker_address(tmp_path, cluster, changes, 
     """The causes are another version of heatlens and a disk without the plates."""
     missing = str(tmp_path / "plate.1001.exr")
     words = ("export", missing, f"--output={tmp_path}/n.exr", "--f-stop=2", "--focus-distance=2")
-    task = replace(PartTask(words, "1", __version__, False, "topic"), **changes)
+    task = replace(PartTask(words, "1", __version__, fetch=False, topic="topic"), **changes)
     with connected(cluster.address) as client, pytest.raises(InputError) as error:
         frames_of_answer(client.submit(make_part, task, pure=False).result())
     assert expected in str(error.value) and "worker tcp://127.0.0.1" in str(error.value)
@@ -320,7 +320,7 @@ def test_cluster_export_retries_task_that_failed_without_client(
     export_shot(capsys, shot_file, tmp_path / "whole" / "n.####.exr")
     words = [str(shot_file), "-o", str(tmp_path / "out" / "n.####.exr")]
     args = build_parser(["export"]).parse_args(["export", *words])
-    topic = topic_of(plan_export(make_export_job(args)), False)
+    topic = topic_of(plan_export(make_export_job(args)), fetch=False)
     with connected(killable_cluster.address) as client:
         failed = client.submit(int, "no number", key=f"{topic}:1:1001-1003")
         client.publish_dataset([failed], name=topic)
@@ -336,7 +336,7 @@ def test_lost_connection_to_scheduler_is_reported():
         def nthreads(self):
             raise CommClosedError("in <TCP (closed)>: Stream is closed")
 
-    task = PartTask((), "", "", False, "")
+    task = PartTask((), "", "", fetch=False, topic="")
     maker = ClusterMaker(Lost(), lambda task: b"", task, None, print)
     with pytest.raises(InputError, match="The scheduler has gone"):
         list(maker([]))

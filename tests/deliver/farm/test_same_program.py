@@ -71,19 +71,29 @@ def test_export_by_expected_program_gives_no_warning(capsys, shot_file, tmp_path
 def test_cluster_names_workers_with_different_drivers(strict):
     messages: list[str] = []
     maker = ClusterMaker(
-        None, lambda task: b"", PartTask((), "", "", False, ""), 1, messages.append
+        None, lambda task: b"", PartTask((), "", "", fetch=False, topic=""), 1, messages.append
     )
     maker._strict = strict
-    maker._compare_driver(PartDone(1, False, "", (), ("software", "tcp://a")))
-    maker._compare_driver(PartDone(2, True, "", ()))
-    maker._compare_driver(PartDone(3, False, "", (), ("software", "tcp://b")))
+    maker._compare_driver(
+        PartDone(1, was_there=False, surfaces_lost="", remarks=(), driver=("software", "tcp://a"))
+    )
+    maker._compare_driver(PartDone(2, was_there=True, surfaces_lost="", remarks=()))
+    maker._compare_driver(
+        PartDone(3, was_there=False, surfaces_lost="", remarks=(), driver=("software", "tcp://b"))
+    )
     assert not messages
     if strict:
         with pytest.raises(InputError, match=r"software \(tcp://a\), GPU \(tcp://c\)"):
-            maker._compare_driver(PartDone(4, False, "", (), ("GPU", "tcp://c")))
+            maker._compare_driver(
+                PartDone(
+                    4, was_there=False, surfaces_lost="", remarks=(), driver=("GPU", "tcp://c")
+                )
+            )
         return
     for _ in range(2):
-        maker._compare_driver(PartDone(4, False, "", (), ("GPU", "tcp://c")))
+        maker._compare_driver(
+            PartDone(4, was_there=False, surfaces_lost="", remarks=(), driver=("GPU", "tcp://c"))
+        )
     assert len(messages) == 1 and "software (tcp://a), GPU (tcp://c)" in messages[0]
 
 

@@ -138,7 +138,9 @@ def test_assembly_stores_at_most_one_sample_per_sender(segments):
 def test_assembly_drops_overlapping_segments():
     assembly = Assembly()
     for offset in range(200):
-        assembly.add(("a", 1), Segment(Encoding.JSON, 7, offset, False, bytes(32_000)))
+        assembly.add(
+            ("a", 1), Segment(Encoding.JSON, 7, offset, is_last=False, payload=bytes(32_000))
+        )
     assert stored_bytes(assembly) == 32_000
     assert assembly.lost == 199
 

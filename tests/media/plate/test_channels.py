@@ -160,7 +160,7 @@ STEREO = [
 @pytest.mark.parametrize("eye", [None, "left", "right", "RIGHT"])
 def test_choose_depth_takes_depth_of_the_same_eye(headers, eye):
     color = choose_color(FILE, headers, None, eye)
-    depth = choose_depth(FILE, headers, None, color, False)
+    depth = choose_depth(FILE, headers, None, color, prefers_coc=False)
     assert color.view == depth.view == (eye or "left").lower()
     note = "left and right: left is taken; --eye right takes the other"
     assert any(note in color_note for color_note in color.notes) == (eye is None)
@@ -169,7 +169,7 @@ def test_choose_depth_takes_depth_of_the_same_eye(headers, eye):
 def test_choose_channels_handles_blender_parts_named_after_view():
     color = choose_color(FILE, BLENDER_STEREO, None, "right")
     assert color.layer == "ViewLayer.Combined-right"
-    depth = choose_depth(FILE, BLENDER_STEREO, None, color, False)
+    depth = choose_depth(FILE, BLENDER_STEREO, None, color, prefers_coc=False)
     assert depth.full_name == "ViewLayer.Depth-right.Z"
 
 
@@ -184,9 +184,12 @@ def test_choose_depth_never_takes_depth_of_other_eye():
     headers = stereo_headers("rgba_left", "rgba_right", "depth_left")
     right = choose_color(FILE, headers, None, "right")
     with pytest.raises(InputError, match="no depth channel of the view right"):
-        choose_depth(FILE, headers, None, right, False)
+        choose_depth(FILE, headers, None, right, prefers_coc=False)
     shared_depth_headers = [*stereo_headers("rgba_left", "rgba_right"), header("Z", part="depth")]
-    assert choose_depth(FILE, shared_depth_headers, None, right, False).full_name == "depth.Z"
+    assert (
+        choose_depth(FILE, shared_depth_headers, None, right, prefers_coc=False).full_name
+        == "depth.Z"
+    )
 
 
 def test_choose_color_rejects_missing_view():

@@ -55,7 +55,7 @@ def plate_of(tmp_path, points, names="XYZ", layer="P", options=None, **attribute
     "matrix",
     [
         world_to_camera_rows(),
-        world_to_camera_rows(True),
+        world_to_camera_rows(left_handed=True),
         np.ascontiguousarray(world_to_camera_rows().T),
     ],
 )

@@ -30,7 +30,7 @@ def test_draco_mesh_unpacks_to_packed_mesh(tmp_path, has_plain_data):
 
 def test_draco_without_library_uses_plain_data_or_names_command(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "DracoPy", None)
-    scene = read_scene(draco_square(None, True).write(tmp_path / "a.glb"))
+    scene = read_scene(draco_square(None, has_plain_data=True).write(tmp_path / "a.glb"))
     np.testing.assert_array_equal(scene.meshes[0].positions_m, SQUARE)
     with pytest.raises(InputError, match=r"b\.glb.*DracoPy.*pip install 'heatlens\[scene\]'"):
         read_scene(draco_square().write(tmp_path / "b.glb"))

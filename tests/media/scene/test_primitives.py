@@ -53,7 +53,9 @@ def test_tubes_have_given_radius_and_stay_separate():
 
 def test_crossed_tubes_are_two_bands_through_the_curve():
     points = np.column_stack([np.linspace(0, 1, 20), np.zeros(20), np.zeros(20)])
-    at, _, triangles, owner = make_tubes(points, np.full(20, 0.01), np.array([20]), 4, True)
+    at, _, triangles, owner = make_tubes(
+        points, np.full(20, 0.01), np.array([20]), 4, is_crossed=True
+    )
     assert len(triangles) == 19 * 4
     corners = at[triangles]
     area = np.linalg.norm(

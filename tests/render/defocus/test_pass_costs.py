@@ -22,7 +22,7 @@ def frame_traffic(name: str, work: Work, runs: int) -> Traffic:
 
 def test_solve_bytes_equals_count_by_hand():
     heat = LineSystem("lib/blur_system.lib.glsl", 1)
-    disc = LineSystem("lib/blur_system.lib.glsl", 4, True)
+    disc = LineSystem("lib/blur_system.lib.glsl", 4, is_complex=True)
     heat_rows, disc_rows = (
         AxisReads(conductance=4, source=16, finish=0, solution=16),
         AxisReads(conductance=4, source=16, finish=0, solution=64),

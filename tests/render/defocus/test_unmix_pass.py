@@ -95,7 +95,7 @@ def lists_of_known_surface(
     depth_m = np.full(len(rgba), 1 / dioptres, np.float32)
     packed = packed_lists(hidden.ravel().astype(int), np.zeros(hidden.size, bool), rgba, depth_m)
     starts, words = (ctx.buffer(array.tobytes()) for array in (packed.starts, packed.words))
-    buffers = FragmentBuffers(starts, words, (hidden.shape[1], hidden.shape[0]), False)
+    buffers = FragmentBuffers(starts, words, (hidden.shape[1], hidden.shape[0]), is_measured=False)
     return ListedFragments(buffers, CocLine(AT_INFINITY_PX, PER_DIOPTRE_PX))
 
 
@@ -231,7 +231,7 @@ def test_only_rims_of_thin_surfaces_are_listed_as_thin(ctx: Device) -> None:
 
 def test_part_of_the_lists_keeps_the_width_of_the_whole_picture(ctx):
     starts, words = (ctx.buffer(reserve=16) for _ in range(2))
-    whole = FragmentBuffers(starts, words, (30, 20), False)
+    whole = FragmentBuffers(starts, words, (30, 20), is_measured=False)
     part = whole.crop(Box(2, 3, 12, 9))
     assert (part.size, part.origin, part.stride) == ((10, 6), (2, 3), 30)
     assert part.crop(Box(4, 4, 6, 5)).stride == 30

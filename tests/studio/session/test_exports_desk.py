@@ -61,7 +61,7 @@ def test_export_job_has_look_and_guides_only_for_display_pictures():
     assert "2.39" in drawn and "0.5" in drawn
     unmatted = replace(shown, with_guides=True).job(look, replace(guides, aspect=None), "")
     assert "0.5" not in unmatted.replace("1.5", "")
-    assert set(options_in_panel(True)) != set(options_in_panel(False))
+    assert set(options_in_panel(is_exr=True)) != set(options_in_panel(is_exr=False))
 
 
 def test_proposed_settings_lie_beside_the_plate(tmp_path):

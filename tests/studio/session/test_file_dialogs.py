@@ -62,7 +62,7 @@ def test_folder_walk_lists_folders_first_and_a_sequence_as_one_row(folder):
         and folder_walk.typed_path == str(folder)
     )
     assert folder_walk.confirm() is None
-    folder_walk.list_single(True)
+    folder_walk.list_single(is_single=True)
     read_folder(folder_walk)
     assert [entry.name for entry in folder_walk.rows[2:]] == [
         *("shot.0001.exr", "shot.0002.exr", "still.exr")

@@ -55,7 +55,7 @@ def test_level_while_moving_stays_when_budget_changes_little(
 
 @given(TIME_MODELS)
 def test_level_at_rest_is_the_whole_picture_on_a_quick_machine(seconds_of):
-    level = level_at_rest(REQUESTED, LEVELS[-1], True, seconds_of)
+    level = level_at_rest(REQUESTED, LEVELS[-1], is_plate_whole=True, predict=seconds_of)
     assert level is not None
     if seconds_of(REQUESTED) <= 3.0:
         assert level == REQUESTED
@@ -65,7 +65,7 @@ def test_level_at_rest_is_the_whole_picture_on_a_quick_machine(seconds_of):
 
 @given(TIME_MODELS)
 def test_level_at_rest_is_quick_while_the_plate_will_become_finer(seconds_of):
-    level = level_at_rest(REQUESTED, LEVELS[-1], False, seconds_of)
+    level = level_at_rest(REQUESTED, LEVELS[-1], is_plate_whole=False, predict=seconds_of)
     if level == REQUESTED:
         assert seconds_of(REQUESTED) <= 0.25
 

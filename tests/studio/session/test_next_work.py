@@ -28,7 +28,10 @@ STATES = st.builds(
     WorkState, st.booleans(), PLATES, SIDES.map(tuple), st.integers(0, 1), st.none() | SECONDS
 )
 WHOLE_PLATE = PlateState(exists=True, is_good=True, is_whole=True, is_requested=True, wait_s=None)
-DONE_SIDE, BUSY_SIDE = SideState(True, False, 0.0), SideState(False, True, 0.0)
+DONE_SIDE, BUSY_SIDE = (
+    SideState(is_finished=True, has_work=False, wait_s=0.0),
+    SideState(is_finished=False, has_work=True, wait_s=0.0),
+)
 
 
 @given(STATES)
@@ -42,7 +45,7 @@ def test_next_work_picks_only_sides_with_work_on_a_good_plate(state):
 
 @given(STATES, st.integers(0, 1))
 def test_next_work_answers_a_change_before_the_plate_is_good(state, at):
-    answering = SideState(False, True, 0.0, is_answering=True)
+    answering = SideState(is_finished=False, has_work=True, wait_s=0.0, is_answering=True)
     sides = tuple(answering if at == i else BUSY_SIDE for i in range(2))
     plate = replace(state.plate, exists=True)
     chosen = next_work(replace(state, plate=plate, sides=sides, plays_rendered=False))
@@ -74,20 +77,49 @@ def test_next_work_picks_side_by_turn_when_both_have_work(state):
 @given(st.integers(0, 1))
 def test_next_work_picks_the_other_side_when_one_is_done(turn):
     for sides, expected in (((BUSY_SIDE, DONE_SIDE), 0), ((DONE_SIDE, BUSY_SIDE), 1)):
-        assert next_work(WorkState(False, WHOLE_PLATE, sides, turn, None)).side == expected
+        assert (
+            next_work(
+                WorkState(
+                    plays_rendered=False,
+                    plate=WHOLE_PLATE,
+                    sides=sides,
+                    turn_index=turn,
+                    frames_wait_s=None,
+                )
+            ).side
+            == expected
+        )
 
 
 def test_next_work_is_nothing_when_everything_is_done():
-    assert next_work(WorkState(False, WHOLE_PLATE, (DONE_SIDE,), 0, None)) == NextWork(
-        Work.NOTHING, None
-    )
-    assert next_work(WorkState(False, WHOLE_PLATE, (DONE_SIDE,), 0, 0.3)) == NextWork(
-        Work.FRAMES, 0.3
-    )
+    assert next_work(
+        WorkState(
+            plays_rendered=False,
+            plate=WHOLE_PLATE,
+            sides=(DONE_SIDE,),
+            turn_index=0,
+            frames_wait_s=None,
+        )
+    ) == NextWork(Work.NOTHING, None)
+    assert next_work(
+        WorkState(
+            plays_rendered=False,
+            plate=WHOLE_PLATE,
+            sides=(DONE_SIDE,),
+            turn_index=0,
+            frames_wait_s=0.3,
+        )
+    ) == NextWork(Work.FRAMES, 0.3)
 
 
 def test_next_work_waits_for_a_plate_not_requested_yet():
     unrequested = replace(WHOLE_PLATE, is_requested=False)
-    assert next_work(WorkState(False, unrequested, (DONE_SIDE,), 0, 0.0)) == NextWork(
-        Work.PLATE, None
-    )
+    assert next_work(
+        WorkState(
+            plays_rendered=False,
+            plate=unrequested,
+            sides=(DONE_SIDE,),
+            turn_index=0,
+            frames_wait_s=0.0,
+        )
+    ) == NextWork(Work.PLATE, None)

@@ -160,8 +160,8 @@ def test_click_in_the_same_frame_as_its_movement_reaches_a_tab(input_queue):
     for name in ("Source", "Export", "Display"):
         input_queue.tap(K.left_shift)
         input_queue.queue.add(Motion(at_tab(name)))
-        input_queue.queue.add(Button(0, True))
-        input_queue.queue.add(Button(0, False))
+        input_queue.queue.add(Button(0, is_down=True))
+        input_queue.queue.add(Button(0, is_down=False))
         input_queue.run_until_empty()
         input_queue.gui.frame(2)
         assert not imgui.internal.find_window_by_name(name).hidden, name
@@ -288,13 +288,13 @@ def test_quit_is_handled_before_other_keys_but_after_a_save(input_queue, monkeyp
 def test_escape_drops_waiting_input_and_releases_keys_and_buttons(input_queue):
     gui = input_queue.gui
     before = gui.session.facts.view.overlay
-    input_queue.queue.add(Button(0, True))
+    input_queue.queue.add(Button(0, is_down=True))
     input_queue.frame()
     input_queue.down(K.left_shift)
     for _ in range(301):
         input_queue.tap(K.v)
         input_queue.queue.add(Motion((500.0, 400.0)))
-        input_queue.queue.add(Button(0, False))
+        input_queue.queue.add(Button(0, is_down=False))
     input_queue.up(K.left_shift)
     input_queue.tap(K.escape)
     assert input_queue.run_until_empty() <= 12  # releases and the last movement are kept

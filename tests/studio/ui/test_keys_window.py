@@ -14,13 +14,13 @@ def rows_by_section(has_camera: bool) -> dict[str, tuple[tuple[str, str], ...]]:
 
 
 def test_keys_window_lists_every_shortcut_once():
-    rows = [row for rows in rows_by_section(False).values() for row in rows]
+    rows = [row for rows in rows_by_section(has_camera=False).values() for row in rows]
     for action in ALL:
         assert rows.count((action.key, action.name)) == bool(action.key)
 
 
 def test_keys_window_has_camera_section_only_for_scenes():
-    plate, scene = rows_by_section(False), rows_by_section(True)
+    plate, scene = rows_by_section(has_camera=False), rows_by_section(has_camera=True)
     assert set(scene) - set(plate) == {"Mouse in the scene"}
     keys = [key for key, _ in scene["Mouse in the scene"]]
     assert keys == ["right drag", "Ctrl+right drag", "Ctrl+wheel"]
@@ -36,7 +36,7 @@ def test_keys_window_lists_the_pan_buttons_of_plates_and_scenes():
 
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_in_columns_balances_the_heights_of_all_sections(count):
-    all_sections = sections(ALL, True)
+    all_sections = sections(ALL, has_camera=True)
     columns = distribute_in_columns(all_sections, count)
     assert len(columns) == count and columns[0][0].title == "Mouse"
     assert sorted(s.title for column in columns for s in column) == sorted(

@@ -136,8 +136,8 @@ def test_loupe_shows_while_ctrl_alone_is_held(gui):
     assert [line[-3:] for line in draw_lines(gui)] == [f"{BALL_M:g} m"]  # after the name of a mark
     gui.hold(K.s)
     assert draw_lines(gui) == []
-    gui.hold(K.s, False)
-    hold_ctrl(gui, False)
+    gui.hold(K.s, down=False)
+    hold_ctrl(gui, is_down=False)
     assert draw_lines(gui) == []
 
 
@@ -163,4 +163,4 @@ def test_loupe_names_mattes_and_y_key_works_while_ctrl_is_held(gui, tmp_path):
     gui.until(lambda: draw_lines(gui) == ["hero 0.9 m", "Y: card 3 m"], "the names of the mattes")
     gui.key(K.y)
     assert gui.session.facts.lens.focus_distance_m == pytest.approx(3.0)
-    hold_ctrl(gui, False)
+    hold_ctrl(gui, is_down=False)

@@ -78,7 +78,9 @@ def test_menu_key_and_palette_run_the_new_command(gui, exposure):
 
 
 def test_keys_window_and_table_of_the_manual_list_the_new_command(gui):
-    rows = {section.title: section.rows for section in sections(gui.screen.commands, False)}
+    rows = {
+        section.title: section.rows for section in sections(gui.screen.commands, has_camera=False)
+    }
     assert (KEY, NAME) in rows["View"]
     table = key_table(gui.screen.commands).splitlines()
     assert [f"`{KEY}` {NAME}" in row for row in table] == [row[:6] == "| View" for row in table]

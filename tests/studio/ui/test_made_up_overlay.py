@@ -71,7 +71,9 @@ def test_panel_menu_palette_and_keys_window_offer_the_new_overlay(gui):
     assert (it.menu, it.key, it.is_on()) == ("View", "Shift+J", True)
     matching_settings = [it for it in gui.screen.settings() if matches(it, "overlay halves")]
     assert matches(it, "halves") and [it.name for it in matching_settings] == ["Set overlay halves"]
-    rows = [row for section in sections(gui.screen.commands, False) for row in section.rows]
+    rows = [
+        row for section in sections(gui.screen.commands, has_camera=False) for row in section.rows
+    ]
     assert ("Shift+J", NEW_OVERLAY.words) in rows
 
 

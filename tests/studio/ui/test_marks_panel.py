@@ -46,7 +46,7 @@ def ctrl_shift_click(gui, pixel: tuple[int, int]) -> None:
         gui.hold(mod)
     gui.click(gui.at_picture(pixel[0] + 0.5, pixel[1] + 0.5))
     for mod in (K.mod_ctrl, K.mod_shift):
-        gui.hold(mod, False)
+        gui.hold(mod, down=False)
 
 
 def test_m_key_marks_the_distance_in_focus(gui):

@@ -126,7 +126,9 @@ def test_display_panel_keeps_every_field(screen):
         "overlay": OVERLAYS[0].name,
     }
     assert_fields_kept(
-        lambda value: display_panel(value, color, "reference.exr", True, print), view, names
+        lambda value: display_panel(value, color, "reference.exr", has_many_views=True, say=print),
+        view,
+        names,
     )
 
 
@@ -142,7 +144,7 @@ def test_panel_keeps_a_field_that_is_added_later(screen):
     class Later(DefocusSettings):
         later: int = 0
 
-    assert_fields_kept(lambda value: blur_rows(value, False), Later())
+    assert_fields_kept(lambda value: blur_rows(value, has_many_views=False), Later())
 
 
 # All panels of the window, with what they are handed there

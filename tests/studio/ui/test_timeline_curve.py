@@ -255,7 +255,7 @@ def test_alt_wheel_over_the_curve_zooms_its_values_at_the_pointer(gui):
     assert not gui.session.pictures.view.is_lens_held_off
     gui.wheel(position, -2)  # so that both keys stay in sight
     gui.io.add_key_event(K.mod_alt, False)
-    gui.hold(K.left_alt, False)
+    gui.hold(K.left_alt, down=False)
     assert pixels_per_dioptre(gui) == pytest.approx(before / 1.25**2, rel=0.01)
     assert key_position(gui, 1004) == pytest.approx(position, abs=1.0)
     assert gui.ui.timeline.scale is scale  # the frames stay as they are

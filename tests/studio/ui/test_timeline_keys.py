@@ -103,7 +103,7 @@ def test_shift_clicked_keys_move_together(keyed):
     keyed.click(key_position(keyed, 1002))
     keyed.hold(K.mod_shift)
     keyed.click(key_position(keyed, 1004, F_STOP))
-    keyed.hold(K.mod_shift, False)
+    keyed.hold(K.mod_shift, down=False)
     keyed.frame(30)
     drag_key(keyed, 1004, 1005, F_STOP)
     assert focus_keys(keyed) == {1003: 1.5, 1004: 3.0, 1007: 2.0}
@@ -126,7 +126,7 @@ def test_box_drag_chooses_keys_and_a_click_beside_clears_them(keyed):
 def test_ctrl_drag_moves_all_later_keys(keyed):
     keyed.hold(K.mod_ctrl)
     drag_key(keyed, 1004, 1005)
-    keyed.hold(K.mod_ctrl, False)
+    keyed.hold(K.mod_ctrl, down=False)
     assert focus_keys(keyed) == {1002: 1.5, 1005: 3.0, 1008: 2.0}
     assert f_stop_frames(keyed) == [1005] and undo_count(keyed) == 1
 
@@ -135,7 +135,7 @@ def test_copied_keys_are_pasted_at_the_playhead(keyed):
     keyed.click(key_position(keyed, 1002))
     keyed.hold(K.mod_shift)
     keyed.click(key_position(keyed, 1004))
-    keyed.hold(K.mod_shift, False)
+    keyed.hold(K.mod_shift, down=False)
     keyed.key(K.c, ctrl=True, shift=True)
     keyed.session.time.timeline.go_to(1006)
     keyed.key(K.v, ctrl=True, shift=True)

@@ -139,14 +139,14 @@ def test_held_key_repeats_for_focus_but_not_for_switches(gui):
     before = 1 / gui.session.facts.lens.focus_distance_m
     gui.hold(K.left_bracket)
     gui.frame(60)
-    gui.hold(K.left_bracket, False)
+    gui.hold(K.left_bracket, down=False)
     assert (
         1 / gui.session.facts.lens.focus_distance_m
         > before + 5 * gui.session.facts.histogram.most_dioptres / 250
     )
     gui.hold(K.d)
     gui.frame(60)
-    gui.hold(K.d, False)
+    gui.hold(K.d, down=False)
     assert not gui.session.facts.view.depth_of_field  # once
 
 

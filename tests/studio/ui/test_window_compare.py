@@ -40,7 +40,7 @@ def test_held_alt_shows_the_plate_without_depth_of_field(gui):
     gui.later()
     pinhole = screen_region(gui)
     gui.io.add_key_event(K.mod_alt, False)
-    gui.hold(K.left_alt, False)
+    gui.hold(K.left_alt, down=False)
     np.testing.assert_array_equal(pinhole, display_bytes(gui, plate_pixels(gui)))
     np.testing.assert_array_equal(screen_region(gui), before)
     assert np.any(pinhole != before)
@@ -53,12 +53,12 @@ def test_alt_with_another_key_or_off_the_picture_does_nothing(gui):
         gui.hold(K.left_alt)
         if other_key is not None:
             gui.hold(other_key)
-            gui.hold(other_key, False)
+            gui.hold(other_key, down=False)
         gui.later()
         gui.later()
         assert not gui.session.pictures.view.is_lens_held_off
         gui.io.add_key_event(K.mod_alt, False)
-        gui.hold(K.left_alt, False)
+        gui.hold(K.left_alt, down=False)
 
 
 def test_depth_of_field_off_shows_the_plate(gui):

@@ -108,7 +108,7 @@ def test_ctrl_right_drag_trucks_the_camera(scene_gui):
     before = pose(scene_gui)
     scene_gui.hold(imgui.Key.mod_ctrl)
     scene_gui.drag(picture_center(scene_gui), position_beside_the_middle(scene_gui), RIGHT)
-    scene_gui.hold(imgui.Key.mod_ctrl, False)
+    scene_gui.hold(imgui.Key.mod_ctrl, down=False)
     after = pose(scene_gui)
     np.testing.assert_allclose(after.turn, before.turn, atol=1e-9)
     movement = before.turn.T @ np.subtract(after.position_m, before.position_m)
@@ -119,7 +119,7 @@ def test_ctrl_wheel_dollies_the_camera_without_zooming(scene_gui):
     before, zoom = pose(scene_gui), scene_gui.session.pictures.view.zoom
     scene_gui.hold(imgui.Key.mod_ctrl)
     scene_gui.wheel(picture_center(scene_gui), 1)
-    scene_gui.hold(imgui.Key.mod_ctrl, False)
+    scene_gui.hold(imgui.Key.mod_ctrl, down=False)
     movement = before.turn.T @ np.subtract(pose(scene_gui).position_m, before.position_m)
     np.testing.assert_allclose(movement[:2], 0, atol=1e-9)
     assert movement[2] < -0.05

@@ -37,7 +37,7 @@ def test_key_with_alt_or_super_runs_no_shortcut(gui, mods, does):
         gui.hold(mod)
     gui.key(K.v)
     for mod in mods:
-        gui.hold(mod, False)
+        gui.hold(mod, down=False)
     assert (gui.session.facts.view.overlay is not before) == does
 
 

@@ -152,7 +152,11 @@ def _render(args: argparse.Namespace) -> None:
     lens = shot.lens_at(frame)
     if args.deep:
         make_folder(args.output.parent)
-        attributes = {**plate.attributes, **lens_header(plate, lens), **blurred_mark(False)}
+        attributes = {
+            **plate.attributes,
+            **lens_header(plate, lens),
+            **blurred_mark(is_blurred=False),
+        }
         write_deep(args.output, plate, attributes, half=not args.float)
     else:
         plate_channels, plate_attributes = read_kept_channels(

@@ -94,10 +94,22 @@ def _picture_layers(
     if picture.detail is not None:
         picture.detail.plate.sampling = picture.detail.coarse.sampling = Sampling.LINEAR
     layers = [
-        PlacedPicture(picture.texture, top_left, bottom_right, clip, False, True, picture.detail)
+        PlacedPicture(
+            picture.texture,
+            top_left,
+            bottom_right,
+            clip,
+            is_nearest=False,
+            is_opaque=True,
+            detail=picture.detail,
+        )
     ]
     if picture.overlay is not None:
-        layers.append(PlacedPicture(picture.overlay, top_left, bottom_right, clip, True, False))
+        layers.append(
+            PlacedPicture(
+                picture.overlay, top_left, bottom_right, clip, is_nearest=True, is_opaque=False
+            )
+        )
     return layers
 
 
@@ -169,10 +181,10 @@ class Tap:
             if picture is None:
                 return last
             self._key, self._changed_at = key, now
-            return self._number_picture(self._composer.read_pixels(picture), False)
+            return self._number_picture(self._composer.read_pixels(picture), is_whole=False)
         is_resting = key == self._key and now - self._changed_at >= _REST_S and self._is_final
         if last is not None and is_resting and not last.is_whole:
-            return self._number_picture(last.pixels, True)
+            return self._number_picture(last.pixels, is_whole=True)
         return last
 
     def _number_picture(self, pixels: Pixels, is_whole: bool) -> Picture:

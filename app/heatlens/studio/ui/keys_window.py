@@ -82,7 +82,9 @@ def keys_window(commands: Sequence[Command], has_camera: bool) -> bool:
     imgui.set_next_window_pos(middle, imgui.Cond_.always, ImVec2(0.5, 0.5))
     if not imgui.is_popup_open(_TITLE):
         imgui.open_popup(_TITLE)
-    is_visible, is_open = topmost.begin_modal(_TITLE, True, imgui.WindowFlags_.no_saved_settings)
+    is_visible, is_open = topmost.begin_modal(
+        _TITLE, can_close=True, flags=imgui.WindowFlags_.no_saved_settings
+    )
     if not is_visible:
         return False
     corner, size = imgui.get_window_pos(), imgui.get_window_size()

@@ -241,19 +241,28 @@ def guess_picture_convention(raw: RawDepth, facts: PictureFacts, options: PlateO
         question = _question_of_picture(raw, span)
         if votes.says_distance:
             return Guess(
-                DepthConvention.DISTANCE, f"{why}, whose flat surfaces run as distances do.", False
+                DepthConvention.DISTANCE,
+                f"{why}, whose flat surfaces run as distances do.",
+                certain=False,
             )
         return Guess(
-            DepthConvention.DISTANCE, f"{why}, as programs write distances.", False, question
+            DepthConvention.DISTANCE,
+            f"{why}, as programs write distances.",
+            certain=False,
+            question=question,
         )
     if votes.says_inverse:
         why = (
             f"Its flat surfaces run evenly over 1/z in {votes.inverse} places, which does not tell "
             "whether white or black is near; phones and networks write white near."
         )
-        return Guess(DepthConvention.DISPARITY, why, False, _question_of_direction(raw))
+        return Guess(
+            DepthConvention.DISPARITY, why, certain=False, question=_question_of_direction(raw)
+        )
     why = "Phones and networks that estimate depth write disparity, with white near."
-    return Guess(DepthConvention.DISPARITY, why, False, _question_of_picture(raw, span))
+    return Guess(
+        DepthConvention.DISPARITY, why, certain=False, question=_question_of_picture(raw, span)
+    )
 
 
 def _question_of_direction(raw: RawDepth) -> str:

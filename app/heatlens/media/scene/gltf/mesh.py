@@ -188,7 +188,7 @@ class GltfMeshes:
         """Return points or lines as thin solids, in the colors of their vertices."""
         are_some_left_out = self._thin_count > POINTS_MOST
         self.gltf.note_loss(_THIN_NOTE + _LEFT_OUT_WORDS * are_some_left_out, vertices.primitive)
-        self._check_maps(vertices, self.materials.materials[number], True)
+        self._check_maps(vertices, self.materials.materials[number], is_without=True)
         corners = vertices.corners()
         positions, triangles, sources = make_thin_solids(
             vertices.positions.astype(float), corners, mode, self._thin_count

@@ -220,7 +220,9 @@ class PullRecording(Commands, Worker):
         performance = self._editing.performance
         moved_m = None if performance is None else performance.focus_distance_m
         if performance is not None:  # the gesture may last a moment longer, but must set no keys
-            self._editing.performance = Performance(None, True, performance.moved_at)
+            self._editing.performance = Performance(
+                None, is_over=True, moved_at=performance.moved_at
+            )
         tracks = dict(self._ring.tracks(self._timeline.played))
         focus = tracks.pop(LensParameter.FOCUS_DISTANCE, None)
         if moved_m is None and not tracks:

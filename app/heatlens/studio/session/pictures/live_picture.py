@@ -240,7 +240,7 @@ class LivePicture:
         if not self.is_working or self.remote.is_waiting:
             return False
         is_begun = self.is_answering or self._work is not None
-        return is_plate_whole or is_begun or self._next_level(False) is not None
+        return is_plate_whole or is_begun or self._next_level(is_plate_whole=False) is not None
 
     def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
         """Continue with the answer, or if the input rests with a better picture, for a slice."""

@@ -274,7 +274,7 @@ def _write_file(picture: Snapshot, path: Path) -> None:
     if picture.display_values is None:
         write_picture(path, picture.pixels, picture.plate, picture.lens, picture.proxy)
     else:
-        write_display_values(path, picture.display_values, blurred_mark(True))
+        write_display_values(path, picture.display_values, blurred_mark(is_blurred=True))
 
 
 def _copy_to_clipboard(picture: Snapshot) -> None:

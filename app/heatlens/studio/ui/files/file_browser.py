@@ -58,7 +58,7 @@ class FileDialogs:
             imgui.open_popup(title)
         _set_size_and_position()
         flags = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_collapse
-        is_visible, is_kept_open = topmost.begin_modal(title, True, flags)
+        is_visible, is_kept_open = topmost.begin_modal(title, can_close=True, flags=flags)
         chosen_file = None
         if is_visible:
             topmost.disable_key_navigation()

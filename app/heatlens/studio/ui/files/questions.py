@@ -30,7 +30,7 @@ def question(title: str, width_em: float) -> Iterator[bool]:
     imgui.set_next_window_size(ImVec2(width_em * imgui.get_font_size(), 0))
     center = imgui.get_main_viewport().get_center()
     imgui.set_next_window_pos(center, imgui.Cond_.appearing, ImVec2(0.5, 0.5))
-    is_visible, _ = topmost.begin_modal(title, False, _FLAGS)
+    is_visible, _ = topmost.begin_modal(title, can_close=False, flags=_FLAGS)
     if is_visible:
         topmost.disable_key_navigation()
     yield is_visible

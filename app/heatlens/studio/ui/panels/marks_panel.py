@@ -145,9 +145,11 @@ def pull_popup(desk: TimeDesk, ui: UiState, unit: str) -> None:
         topmost.disable_key_navigation()
         imgui.text(f"Pull the focus from frame {desk.editing.frame}")
         _pull_fields(desk, unit)
-        is_pressed = _pull_button("Pull", "pull", False)
+        is_pressed = _pull_button("Pull", "pull", has_shift=False)
         imgui.same_line()
-        continues = _pull_button("Pull and go to its end", "pull and go on", True, _GO_ON_TIP)
+        continues = _pull_button(
+            "Pull and go to its end", "pull and go on", has_shift=True, tip=_GO_ON_TIP
+        )
         if is_pressed or continues:
             start = desk.editing.frame
             end = start + pulls.frames

@@ -120,7 +120,9 @@ def _place_enlarged(
         )
 
     clip = Box(*(round(scale * side) for side in rect))
-    return PlacedPicture(pinhole, at(data.x0, data.y0), at(data.x1, data.y1), clip, False, True)
+    return PlacedPicture(
+        pinhole, at(data.x0, data.y0), at(data.x1, data.y1), clip, is_nearest=False, is_opaque=True
+    )
 
 
 def _draw_frame(corner: Point, end: Point, center: Point) -> None:

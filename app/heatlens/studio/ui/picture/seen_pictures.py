@@ -160,7 +160,13 @@ class SeenPictures:
         self._screen.keep_tiles(names)
         looks = [look_named(self._facts.shot, name) for name in names]
         return tuple(
-            Tile("", f"now   {self._lens_words(self._facts.lens)}", a, a.width != width, False)
+            Tile(
+                "",
+                f"now   {self._lens_words(self._facts.lens)}",
+                a,
+                a.width != width,
+                is_current_lens=False,
+            )
             if look is None
             else self._look_tile(look, view, width)
             for look in looks
@@ -177,7 +183,9 @@ class SeenPictures:
         elif sides.is_unfinished(look.name):
             words += "   preview, rendering ..."
         if picture is None:
-            return Tile(look.name, printable(words), None, False, is_current_lens)
+            return Tile(
+                look.name, printable(words), None, is_proxy=False, is_current_lens=is_current_lens
+            )
         texture = self._screen.tile(look.name, picture, view.with_transmission(look.lens))
         return Tile(look.name, printable(words), texture, texture.width != width, is_current_lens)
 

@@ -272,7 +272,7 @@ class ViewportPanel:
             self._crop_last_as_lens(pictures, clip)
         if detail is not None:
             self._set_filter(detail.plate, pictures, is_nearest)
-            self._set_filter(detail.coarse, pictures, False)
+            self._set_filter(detail.coarse, pictures, is_nearest=False)
 
     def _place(
         self,

@@ -89,9 +89,13 @@ def handles_of(curve: Curve, frames: Collection[float]) -> list[Handle]:
         if key.frame not in frames:
             continue
         if index + 1 < len(keys) and key.interpolation is bezier:
-            handles.append(Handle(key, True, keys[index + 1].frame - key.frame))
+            handles.append(
+                Handle(key, is_out=True, segment_frames=keys[index + 1].frame - key.frame)
+            )
         if index > 0 and keys[index - 1].interpolation is bezier:
-            handles.append(Handle(key, False, key.frame - keys[index - 1].frame))
+            handles.append(
+                Handle(key, is_out=False, segment_frames=key.frame - keys[index - 1].frame)
+            )
     return handles
 
 
