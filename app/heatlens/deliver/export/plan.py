@@ -135,10 +135,10 @@ def _check_plates_complete(plan: ExportPlan) -> None:
         fault = (
             "is empty" if cut_paths[0].stat().st_size == 0 else "is cut off before its last pixels"
         )
-        others = ", ".join(path.name for path in cut_paths[1:_MOST_NAMED_FILES])
-        more = f", and so with {len(cut_paths) - 1} more ({others})" if others else ""
+        more_names = ", ".join(path.name for path in cut_paths[1:_MOST_NAMED_FILES])
+        more_words = f", and so with {len(cut_paths) - 1} more ({more_names})" if more_names else ""
         raise InputError(
-            f"{cut_paths[0]} {fault}{more}. Write or copy such files again, or export other "
+            f"{cut_paths[0]} {fault}{more_words}. Write or copy such files again, or export other "
             "frames with "
             "--frames."
         )

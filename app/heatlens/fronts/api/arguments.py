@@ -57,7 +57,7 @@ def _suggestion(function: str, name: str) -> str:
     It suggests the function that has the argument, else the nearest name, else all names.
     """
     known_names = _NAMES[function]
-    other_function = next((other for other, names in _NAMES.items() if name in names), None)
+    other_function = next((owner for owner, names in _NAMES.items() if name in names), None)
     if other_function is not None:
         return f" in {function}: it is an argument of {other_function}."
     option_elsewhere = OTHER_NAMES.get(name.replace("_", "-"), "").replace("-", "_")

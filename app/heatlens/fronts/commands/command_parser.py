@@ -170,11 +170,11 @@ def _unquoted_pattern_message(files: Sequence[str]) -> str:
 class _Completion(argparse.Action):
     """Prints the script and ends, as --help does."""
 
-    def __call__(self, parser: argparse.ArgumentParser, *given: Any) -> None:
-        """Print the completion; `given` are the namespace, the shell and the option."""
+    def __call__(self, parser: argparse.ArgumentParser, *values: Any) -> None:
+        """Print the completion; `values` are the namespace, the shell and the option."""
         import shtab
 
-        print(shtab.complete(parser, shell=given[1]))
+        print(shtab.complete(parser, shell=values[1]))
         raise SystemExit(0)
 
 

@@ -19,7 +19,9 @@ def _other_names() -> dict[str, str]:
     """Return the options of heatlens by their names in other programs."""
     from heatlens.core.model.option import OTHER_NAMES  # as slow as all that --version needs
 
-    return {f"--{other}": f"--{own}" for other, own in OTHER_NAMES.items()}
+    return {
+        f"--{foreign_name}": f"--{option_name}" for foreign_name, option_name in OTHER_NAMES.items()
+    }
 
 
 def is_other_program_option(option: str) -> bool:

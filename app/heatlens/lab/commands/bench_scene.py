@@ -88,8 +88,10 @@ def _check(args: argparse.Namespace) -> None:
     """Refuse options that have no meaning for a scene before measuring."""
     if not args.methods:
         raise InputError(f"{args.shown}: only --methods measures a scene: give it too.")
-    others = ("sweep_coc", "bare", "drag", "issues", "plate", "plot")
-    refuse_options(args, others, f"The methods are compared on {args.shown}, not on a plate")
+    options_for_plates = ("sweep_coc", "bare", "drag", "issues", "plate", "plot")
+    refuse_options(
+        args, options_for_plates, f"The methods are compared on {args.shown}, not on a plate"
+    )
 
 
 def _shot(args: argparse.Namespace) -> Shot:

@@ -159,8 +159,12 @@ def layer_cuts(
     (n, 2) of the transitions of cuts in gaps, ascending. Empty layers are left out. A picture
     scaled by `proxy` is cut at the same depths as the whole picture.
     """
-    whole = _cuts_at_full_size(occupied_px / proxy, gaps_px / proxy, layers_max)
-    return whole if proxy == 1.0 else [_scale_layer(layer, proxy) for layer in whole]
+    full_size_layers = _cuts_at_full_size(occupied_px / proxy, gaps_px / proxy, layers_max)
+    return (
+        full_size_layers
+        if proxy == 1.0
+        else [_scale_layer(layer, proxy) for layer in full_size_layers]
+    )
 
 
 def _scale_layer(layer: LayerCut, proxy: float) -> LayerCut:

@@ -90,18 +90,18 @@ class Board:
         """
         return self._json.entries(self.state())
 
-    def do(self, asked: Request | Command | str) -> None:
+    def do(self, action: Request | Command | str) -> None:
         """Do a request, a command, or the command of this name; show why if that is impossible."""
         try:
-            self._do(asked)
+            self._do(action)
         except HeatlensError as error:
             self._session.say_error(error)
 
-    def _do(self, asked: Request | Command | str) -> None:
-        if isinstance(asked, Request):
-            asked.run(self._session)
+    def _do(self, action: Request | Command | str) -> None:
+        if isinstance(action, Request):
+            action.run(self._session)
         else:
-            (self._named[asked] if isinstance(asked, str) else asked).do()
+            (self._named[action] if isinstance(action, str) else action).do()
 
     def change(self, changed: Changeable) -> None:
         """Replace the lens at the playhead, the settings of the blur, or the view."""
@@ -188,8 +188,8 @@ class Board:
 
 def _changed(now: Changeable, values: JsonEntry) -> Changeable:
     hints = get_type_hints(type(now))
-    given = {
+    new_values = {
         name: entry.convert(hints[name])
         for name, entry in values.members([field.name for field in fields(now)]).items()
     }
-    return values.build(partial(replace, now), given)
+    return values.build(partial(replace, now), new_values)

@@ -114,13 +114,13 @@ def in_group(menu: str, group: str, *commands: Command) -> tuple[Command, ...]:
 
 def in_menu_order(commands: Iterable[Command]) -> tuple[Command, ...]:
     """Return the commands by menu and group; those with `before` stand where they ask to stand."""
-    given = tuple(commands)
+    all_commands = tuple(commands)
     places = [(menu, group) for menu, groups in MENUS.items() for group in groups]
     ordered = sorted(
-        (command for command in given if not command.before),
+        (command for command in all_commands if not command.before),
         key=lambda command: places.index((command.menu, command.group)),
     )
-    for command in given:
+    for command in all_commands:
         if command.before:
             names = [other.name for other in ordered]
             ordered.insert(names.index(command.before), command)

@@ -40,7 +40,7 @@ def _checked(top: JsonEntry) -> dict[str, str]:
         entry = JsonEntry(top.path, name, key)
         if key and _KEY.fullmatch(key) is None:
             entry.refuse(f"{key!r} is no key such as 'Ctrl+Shift+Z', 'F11' or '['")
-        holder = next((other for other, its in keys.items() if key and its == key), "")
+        holder = next((owner for owner, its in keys.items() if key and its == key), "")
         if holder:
             entry.refuse(f"{key!r} is the key of {holder!r} already")
         keys[name] = key
@@ -52,22 +52,22 @@ def with_user_keys(commands: Iterable[Command], keys: Mapping[str, str]) -> tupl
 
     A command whose usual key the user gave to another one has none, unless it was given one too.
     """
-    given = tuple(commands)
-    taken = {keys[command.name] for command in given if command.name in keys}
+    all_commands = tuple(commands)
+    taken = {keys[command.name] for command in all_commands if command.name in keys}
     return tuple(
-        replace(it, key=keys.get(it.name, "" if it.key in taken else it.key)) for it in given
+        replace(it, key=keys.get(it.name, "" if it.key in taken else it.key)) for it in all_commands
     )
 
 
 def problem_of_keys(commands: Iterable[Command], keys: Mapping[str, str]) -> str:
     """Return a sentence about unknown commands and about commands that lost their key, or ""."""
-    given = tuple(commands)
-    names = {command.name for command in given}
+    all_commands = tuple(commands)
+    names = {command.name for command in all_commands}
     meaning = {key: name for name, key in keys.items() if key and name in names}
     unknown = [f"there is no command {name!r}" for name in keys if name not in names]
     lost = [
         f"{it.key} means {meaning[it.key]!r} now, and no longer {it.name!r}"
-        for it in given
+        for it in all_commands
         if it.key in meaning and it.name not in keys
     ]
     problem = "; ".join([*unknown, *lost])

@@ -185,8 +185,8 @@ def render_truth(
     for view_count in (max(views // 2, 1), views):  # the second continues the first
         settings = replace(frame.shot.defocus, method=Method.ACCUMULATION, views=view_count)
         pictures.append(_render_truth(_with_settings(frame, settings), view_count, report_progress))
-    half, whole = pictures
-    return whole, score(half, whole).flip
+    half_views_picture, picture = pictures
+    return picture, score(half_views_picture, picture).flip
 
 
 def _render_truth(frame: SceneFrame, views: int, report_progress: ReportProgress) -> FloatImage:

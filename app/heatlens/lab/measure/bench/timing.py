@@ -38,8 +38,8 @@ class PassSeconds:
 class FrameSeconds:
     """Medians of whole frames with the stopwatch off and on, and of each pass by name, in order."""
 
-    whole: float
-    timed: float
+    stopwatch_off: float
+    stopwatch_on: float
     passes: dict[str, PassSeconds]
 
 
@@ -128,14 +128,14 @@ def median_seconds(ctx: Device, runs: int, *works: Callable[[], object]) -> list
 def frame_seconds(stopwatch: Stopwatch, runs: int, work: Callable[[], object]) -> FrameSeconds:
     """Time a frame with the stopwatch off and on, in turn, after one warm-up."""
     work()
-    whole: list[float] = []
-    timed: list[float] = []
+    stopwatch_off: list[float] = []
+    stopwatch_on: list[float] = []
     passes: list[dict[str, PassSeconds]] = []
     for _ in range(runs):
-        whole.append(run_seconds(stopwatch.ctx, work))
+        stopwatch_off.append(run_seconds(stopwatch.ctx, work))
         stopwatch.times.clear()
         stopwatch.is_on = True
-        timed.append(run_seconds(stopwatch.ctx, work))
+        stopwatch_on.append(run_seconds(stopwatch.ctx, work))
         stopwatch.is_on = False
         passes.append(
             {
@@ -149,7 +149,7 @@ def frame_seconds(stopwatch: Stopwatch, runs: int, work: Callable[[], object]) -
         )
         for name, entry in passes[0].items()
     }
-    return FrameSeconds(median(whole), median(timed), medians)
+    return FrameSeconds(median(stopwatch_off), median(stopwatch_on), medians)
 
 
 ReportProgress = Callable[[str], None]

@@ -46,7 +46,7 @@ class Crop:
 
 
 @dataclass(frozen=True)
-class Place:
+class ComparedArea:
     """A place at which all pictures are shown side by side.
 
     number   counts from 1
@@ -89,9 +89,9 @@ def _values(report: Report) -> dict[str, object]:
     }
 
 
-def _place_of_crop(report: Report, number: int, box: Box) -> Place:
+def _place_of_crop(report: Report, number: int, box: Box) -> ComparedArea:
     crops = tuple(_crop(report, name, light, number, box) for name, light in whole_pictures(report))
-    return Place(number, box, _outline(box, report.size), crops)
+    return ComparedArea(number, box, _outline(box, report.size), crops)
 
 
 def _crop(report: Report, name: str, light: FloatImage, number: int, box: Box) -> Crop:

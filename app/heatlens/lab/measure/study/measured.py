@@ -76,8 +76,8 @@ class Subject:
         """Make a method that accumulates start again, by rendering one view of another lens."""
         if settings.method.needs_scene:
             lens = replace(self.shot.lens, f_stop=0.8 * self.shot.lens.f_stop)
-            other = replace(self.shot, lens=lens, defocus=replace(settings, views=1))
-            self.renderer.render(other, self.frame)
+            shot = replace(self.shot, lens=lens, defocus=replace(settings, views=1))
+            self.renderer.render(shot, self.frame)
 
 
 @dataclass(frozen=True, eq=False)

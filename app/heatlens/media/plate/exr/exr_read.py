@@ -107,7 +107,7 @@ def _has_deep_picture(deep: Sequence[ChannelRef], ref: ChannelRef) -> bool:
 
 def _siblings(deep: Sequence[ChannelRef], ref: ChannelRef) -> list[ChannelRef]:
     """Return the channels in the same part and layer as `ref`."""
-    return [other for other in deep if (other.part, other.layer) == (ref.part, ref.layer)]
+    return [sibling for sibling in deep if (sibling.part, sibling.layer) == (ref.part, ref.layer)]
 
 
 def _find_depth(deep: Sequence[ChannelRef], ref: ChannelRef, leaf: str) -> ChannelRef | None:
@@ -115,9 +115,9 @@ def _find_depth(deep: Sequence[ChannelRef], ref: ChannelRef, leaf: str) -> Chann
 
     All layers of a part can share a channel without a layer.
     """
-    layer_channels = [other for other in _siblings(deep, ref) if other.leaf.lower() == leaf]
+    layer_channels = [sibling for sibling in _siblings(deep, ref) if sibling.leaf.lower() == leaf]
     shared_channels = [
-        other for other in deep if other.part == ref.part and other.key.lower() == leaf
+        sibling for sibling in deep if sibling.part == ref.part and sibling.key.lower() == leaf
     ]
     return next(iter((*layer_channels, *shared_channels)), None)
 

@@ -16,7 +16,7 @@ from heatlens.media.scene.gltf.file import GltfFile
 from heatlens.media.scene.gltf.json_values import Record
 from heatlens.media.scene.gltf.nodes import (
     ANGLE,
-    RESTS,
+    DEFAULT_TRANSFORM,
     WEIGHTS,
     NodeTree,
     compose_matrices,
@@ -39,7 +39,7 @@ _MOVED_TWICE_NOTE = (
 class Animation:
     """The animated values of a file.
 
-    tracks   by node that moves, a track for each property in RESTS, even if it has a single key
+    tracks   by node that moves, a track for each property of a transform
     weights  by node, the weights of its morph targets
     angles   by camera of the file, its vertical angle of view in radians
     clips    the names of all animations of the file
@@ -97,7 +97,7 @@ class Animation:
         if tracks is None:
             return np.broadcast_to(self.tree.locals[node], (len(frames), 4, 4))
         times_s = self.times_s(frames)
-        return compose_matrices(*(tracks[name].sample(times_s) for name in RESTS))
+        return compose_matrices(*(tracks[name].sample(times_s) for name in DEFAULT_TRANSFORM))
 
     def worlds(self, frame: float) -> Array:
         """Return the matrices (N, 4, 4) from all nodes to the world at a frame.
@@ -119,7 +119,7 @@ class Animation:
         times_s, moving_tracks = self.times_s(np.array([frame])), self.tracks.values()
         values = (
             np.concatenate([tracks[name].sample(times_s) for tracks in moving_tracks])
-            for name in RESTS
+            for name in DEFAULT_TRANSFORM
         )
         return dict(zip(self.tracks, compose_matrices(*values), strict=True))
 
@@ -152,8 +152,8 @@ def read_animation(gltf: GltfFile, tree: NodeTree, timing: SceneTiming) -> Anima
         for channel in record.records("channels"):
             _add_channel(gltf, animation, scene_nodes, samplers, channel)
     for node, tracks in animation.tracks.items():
-        for name, rest in RESTS.items():
-            tracks.setdefault(name, _make_constant_track(tree.records[node].row(name, rest)))
+        for name, default in DEFAULT_TRANSFORM.items():
+            tracks.setdefault(name, _make_constant_track(tree.records[node].row(name, default)))
     frames = animation.frames
     if frames is not None and frames.count > _FRAMES_MOST:
         gltf.root.refuse(
@@ -225,7 +225,7 @@ def _read_track(gltf: GltfFile, sampler: Record, path: str) -> ValueTrack:
         gltf.required_index(sampler, name, "accessors") for name in ("input", "output")
     )
     times_s = read_floats(gltf, times, 1)[:, 0].astype(float)
-    values = read_floats(gltf, output, len(RESTS.get(path, (0,)))).astype(float)
+    values = read_floats(gltf, output, len(DEFAULT_TRANSFORM.get(path, (0,)))).astype(float)
     per_key = 3 if kind == "CUBICSPLINE" else 1
     if path == WEIGHTS:
         values = _group_by_key(sampler, values, per_key * len(times_s))

@@ -49,7 +49,10 @@ def convert_gloss_pictures(
     """
     size = common_size([picture for picture, _ in (diffuse, specular) if picture is not None])
     pictures = [resize_picture(picture, size) for picture, _ in (diffuse, specular)]
-    base, rough = np.empty((*size[::-1], 4), np.uint8), np.zeros((*size[::-1], 4), np.uint8)
+    base_color, roughness_metal = (
+        np.empty((*size[::-1], 4), np.uint8),
+        np.zeros((*size[::-1], 4), np.uint8),
+    )
     for row in range(0, size[1], _ROWS_AT_ONCE):
         rows = slice(row, row + _ROWS_AT_ONCE)
         matt, shiny = (
@@ -57,15 +60,15 @@ def convert_gloss_pictures(
             for picture, factor in zip(pictures, (diffuse[1], specular[1]), strict=True)
         )
         metal, color = convert_specular(matt[..., :3], shiny[..., :3])
-        base[rows] = _convert_to_bytes(
+        base_color[rows] = _convert_to_bytes(
             np.concatenate([_encode_srgb(color), matt[..., 3:]], axis=-1)
         )
-        rough[rows, :, 1], rough[rows, :, 2] = (
+        roughness_metal[rows, :, 1], roughness_metal[rows, :, 2] = (
             _convert_to_bytes(1 - shiny[..., 3]),
             _convert_to_bytes(metal),
         )
-    rough[..., 3] = 255
-    return base, rough
+    roughness_metal[..., 3] = 255
+    return base_color, roughness_metal
 
 
 def common_size(pictures: list[Pixels]) -> tuple[int, int]:

@@ -17,7 +17,7 @@ from heatlens.media.scene.gltf.json_values import Record
 from heatlens.media.scene.scene import Array
 
 # The properties of a node that an animation can move, and their values at rest.
-RESTS = {"translation": (0, 0, 0), "rotation": (0, 0, 0, 1), "scale": (1, 1, 1)}
+DEFAULT_TRANSFORM = {"translation": (0, 0, 0), "rotation": (0, 0, 0, 1), "scale": (1, 1, 1)}
 _FAR_MOST = 1e9
 _ROOT = -1
 _LEVELS_MOST = 256  # levels of nodes; usual scenes have about ten
@@ -135,7 +135,7 @@ def _collect_children(
 def _read_local_matrix(record: Record) -> Array:
     """Return the matrix (4, 4) from a node to its parent, at rest."""
     if not record.has("matrix"):
-        rows = [np.array([record.row(*rest)], float) for rest in RESTS.items()]
+        rows = [np.array([record.row(*default)], float) for default in DEFAULT_TRANSFORM.items()]
         if np.abs(np.concatenate(rows, axis=1)).max() > _FAR_MOST:
             record.refuse(f"it is moved or scaled by more than {_FAR_MOST:g}, which is too much")
         return np.asarray(compose_matrices(*rows)[0])
@@ -152,7 +152,9 @@ def compose_matrices(translations: Array, rotations: Array, scales: Array) -> Ar
     """
     lengths = np.linalg.norm(rotations, axis=1, keepdims=True)
     safe_lengths = np.where(lengths > 1e-12, lengths, 1.0)
-    x, y, z, w = np.where(lengths > 1e-12, rotations / safe_lengths, RESTS["rotation"]).T
+    x, y, z, w = np.where(
+        lengths > 1e-12, rotations / safe_lengths, DEFAULT_TRANSFORM["rotation"]
+    ).T
     composed = np.tile(np.eye(4), (len(translations), 1, 1))
     composed[:, 0, :3] = np.stack(
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)]
@@ -180,7 +182,7 @@ _NO_SHAPES_NOTE = "Animated weights on nodes without morph targets change nothin
 class Target:
     """A property that an animation changes.
 
-    path    one of RESTS or WEIGHTS for a node, or ANGLE for a camera
+    path    one of DEFAULT_TRANSFORM or WEIGHTS for a node, or ANGLE for a camera
     number  the number of the node or camera in the file
     """
 
@@ -200,13 +202,13 @@ def read_target(gltf: GltfFile, channel: Record) -> Target | None:
         target = _parse_pointer(
             gltf, record.object_at("extensions", _POINTER_EXTENSION).text("pointer")
         )
-    if target is None or target.path not in (*RESTS, WEIGHTS, ANGLE):
+    if target is None or target.path not in (*DEFAULT_TRANSFORM, WEIGHTS, ANGLE):
         gltf.note_loss(_UNSUPPORTED_NOTE, channel)
         return None
     if target.path == WEIGHTS and not _has_shapes(gltf, target.number):
         gltf.note_loss(_NO_SHAPES_NOTE, channel)
         return None
-    if target.path in RESTS and gltf.top_level("nodes")[target.number].has("matrix"):
+    if target.path in DEFAULT_TRANSFORM and gltf.top_level("nodes")[target.number].has("matrix"):
         record.refuse(
             f"node {target.number} has a matrix, which cannot be moved by its {target.path}"
         )

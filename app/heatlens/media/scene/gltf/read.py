@@ -20,7 +20,7 @@ from heatlens.media.scene.gltf.json_values import Record
 from heatlens.media.scene.gltf.lights import GltfLights
 from heatlens.media.scene.gltf.material import GltfMaterials
 from heatlens.media.scene.gltf.mesh import GltfMeshes
-from heatlens.media.scene.gltf.nodes import RESTS, compose_matrices, read_tree
+from heatlens.media.scene.gltf.nodes import DEFAULT_TRANSFORM, compose_matrices, read_tree
 from heatlens.media.scene.gltf.vertices import read_floats
 from heatlens.media.scene.gltf.vocabulary import unread_notes
 from heatlens.media.scene.scene import Array, Instance, Scene, check_instances
@@ -170,8 +170,8 @@ def _copy_matrices(gltf: GltfFile, record: Record) -> Array:
     """Return the matrices (K, 4, 4) of the copies of a node's mesh, a single one by default."""
     attributes = record.object_at("extensions", _INSTANCING_EXTENSION, "attributes")
     values_by_name = {
-        name: read_floats(gltf, index, len(rest)).astype(float)
-        for name, rest in RESTS.items()
+        name: read_floats(gltf, index, len(default)).astype(float)
+        for name, default in DEFAULT_TRANSFORM.items()
         if (index := gltf.index(attributes, name.upper(), "accessors")) is not None
     }
     if not values_by_name:
@@ -180,7 +180,7 @@ def _copy_matrices(gltf: GltfFile, record: Record) -> Array:
     if any(len(values) != count for values in values_by_name.values()):
         attributes.refuse("its lists differ in length")
     all_values = (
-        values_by_name.get(name, np.tile(np.array(rest, float), (count, 1)))
-        for name, rest in RESTS.items()
+        values_by_name.get(name, np.tile(np.array(default, float), (count, 1)))
+        for name, default in DEFAULT_TRANSFORM.items()
     )
     return compose_matrices(*all_values)
