@@ -10,20 +10,20 @@
 //   plan               highlight_plan.comp.glsl: the level that is drawn
 //   tally_buf          highlight_sprites.comp.glsl: number of sprites of each block; a block with none is not drawn
 // In and out
-//   rest_img           rgb light to diffuse, with the restored highlights after the pass; a is kept
+//   diffuse_img           rgb light to diffuse, with the restored highlights after the pass; a is kept
 // Output
-//   rest_fragment_buf  with LISTS: the fragments, with their light restored
+//   diffuse_fragment_buf  with LISTS: the fragments, with their light restored
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
-layout(std430) writeonly buffer rest_fragment_block { uint rest_fragment_buf[]; };
+layout(std430) writeonly buffer diffuse_fragment_block { uint diffuse_fragment_buf[]; };
 uniform sampler2D coc_tx;
 
 // Restores the list of a pixel. Returns true if the pixel's highlight was taken from the list, and so need not be added
-// to rest_img: the visible surface is in the list, or the highlight has another coc than the visible surface.
+// to diffuse_img: the visible surface is in the list, or the highlight has another coc than the visible surface.
 bool restore_list(ivec2 at, float highlight_coc) {
     List list = list_at(at);
-    for (uint i = WORDS * list.first; i < WORDS * list.end; ++i) rest_fragment_buf[i] = fragment_buf[i];
+    for (uint i = WORDS * list.first; i < WORDS * list.end; ++i) diffuse_fragment_buf[i] = fragment_buf[i];
     return list.has_front || highlight_coc != texelFetch(coc_tx, at, 0).r;
 }
 #endif
@@ -34,7 +34,7 @@ bool restore_list(ivec2 at, float highlight_coc) {
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D highlight_tx;
-layout(rgba32f) uniform image2D rest_img;
+layout(rgba32f) uniform image2D diffuse_img;
 layout(std430) readonly buffer tally_block { uint tally_buf[]; };
 layout(std430) readonly buffer plan_block { Plan plan; };
 
@@ -53,5 +53,5 @@ void main() {
 #ifdef LISTS
     if (restore_list(at, highlight.a)) return;
 #endif
-    if (is_lit(at, size)) imageStore(rest_img, at, imageLoad(rest_img, at) + vec4(highlight.rgb, 0.0));
+    if (is_lit(at, size)) imageStore(diffuse_img, at, imageLoad(diffuse_img, at) + vec4(highlight.rgb, 0.0));
 }

@@ -8,12 +8,12 @@
 //   luminance_tx       with LISTS: the same before it was diffused
 //   coc_tx             r coc
 // Outputs
-//   out_rest_img       rgb light to diffuse, a of the picture
+//   out_diffuse_img       rgb light to diffuse, a of the picture
 //   out_highlight_img  rgb removed light, a coc at which it is drawn; written for pixels with a highlight only
 //   lit_buf            bits of these pixels (lib/lit_bits.lib.glsl); highlight_luminance.comp.glsl has set all to 0
 //   out_around_img     r luminance of the surroundings, one pixel for 2 x 2, for hidden_fill.comp.glsl; NO_HIGHLIGHT
 //                      on bright surfaces
-//   rest_fragment_buf  with LISTS: a copy of the fragments, which lose their highlights here. A highlight behind the
+//   diffuse_fragment_buf  with LISTS: a copy of the fragments, which lose their highlights here. A highlight behind the
 //                      visible surface is put into out_highlight_img if no surface in front of it has one
 
 #ifdef LISTS
@@ -28,13 +28,13 @@ uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 uniform sampler2D color_tx;
 uniform sampler2D surroundings_tx;
 uniform sampler2D coc_tx;
-layout(rgba32f) uniform writeonly image2D out_rest_img;
+layout(rgba32f) uniform writeonly image2D out_diffuse_img;
 layout(rgba32f) uniform writeonly image2D out_highlight_img;
 layout(r16f) uniform writeonly image2D out_around_img;
 
 #ifdef LISTS
 uniform sampler2D luminance_tx;
-layout(std430) writeonly buffer rest_fragment_block { uint rest_fragment_buf[]; };
+layout(std430) writeonly buffer diffuse_fragment_block { uint diffuse_fragment_buf[]; };
 #endif
 
 // Discs smaller than LEAST_COC_PX stay pixels, those larger than WHOLE_COC_PX are drawn in full, with a
@@ -82,10 +82,10 @@ float highlight_coc(ivec2 at, bool is_searched) {
 // Copies a fragment with another color; its coverage and dioptres stay.
 void store_fragment(uint number, vec3 color) {
     uint at = WORDS * number;
-    rest_fragment_buf[at] = packHalf2x16(color.rg);
+    diffuse_fragment_buf[at] = packHalf2x16(color.rg);
     uint cover = fragment_buf[at + 1u] & 0xffff0000u;
-    rest_fragment_buf[at + 1u] = cover | packHalf2x16(vec2(color.b, 0.0)) & 0xffffu;
-    rest_fragment_buf[at + 2u] = fragment_buf[at + 2u];
+    diffuse_fragment_buf[at + 1u] = cover | packHalf2x16(vec2(color.b, 0.0)) & 0xffffu;
+    diffuse_fragment_buf[at + 2u] = fragment_buf[at + 2u];
 }
 
 // Share of a fragment's light that the fragments closely in front of it let through, which have a coc of `nearest_coc`
@@ -144,7 +144,7 @@ void main() {
         drawn_share *= disc_share(max(abs(coc), abs(lamp_coc)));
     }
     vec4 highlight = vec4(drawn_share * x.rgb, lamp_coc);
-    imageStore(out_rest_img, at, vec4(x.rgb - drawn_share * x.rgb, x.a));
+    imageStore(out_diffuse_img, at, vec4(x.rgb - drawn_share * x.rgb, x.a));
 #ifdef LISTS
     split_list(at, coc, max(surroundings.g, around), surface, highlight);
 #endif

@@ -27,15 +27,15 @@ def test_cutout_of_never_blur_extends_background_behind_object(tmp_path):
     plate = read(matte_plate(tmp_path / "p.exr", 3.0), never_blur="cryptomatte:hero")
     cutout = plate.cutout
     assert (cutout.share[INSIDE] == 1).all() and cutout.share.sum() == 64
-    assert (cutout.depth[INSIDE] == 3).all() and cutout.rest.depth_m.min() == 6
+    assert (cutout.depth[INSIDE] == 3).all() and cutout.surroundings.depth_m.min() == 6
     assert plate.depth_m[INSIDE].max() == 3  # the plate itself stays whole
 
 
 def test_cutout_of_only_blur_keeps_everything_else(tmp_path):
     plate = read(matte_plate(tmp_path / "p.exr", 3.0), only_blur="objectId:7")
-    assert plate.cutout.rest.color[INSIDE][..., 3].min() == 1
-    assert plate.cutout.rest.color[..., 3].sum() == 64
-    np.testing.assert_array_equal(plate.cutout.ground[:8], plate.color[:8])
+    assert plate.cutout.surroundings.color[INSIDE][..., 3].min() == 1
+    assert plate.cutout.surroundings.color[..., 3].sum() == 64
+    np.testing.assert_array_equal(plate.cutout.backdrop[:8], plate.color[:8])
 
 
 def test_cutout_of_frame_without_the_object_is_none_or_all_sharp(tmp_path):
@@ -43,7 +43,7 @@ def test_cutout_of_frame_without_the_object_is_none_or_all_sharp(tmp_path):
     matte_plate(tmp_path / "p.1002.exr", 3.0)
     assert read(path, never_blur="objectId:7").cutout is None
     only = read(path, only_blur="objectId:7").cutout
-    np.testing.assert_array_equal(only.ground, read(path).color)
+    np.testing.assert_array_equal(only.backdrop, read(path).color)
     with pytest.raises(InputError, match="nothing"):
         read(path, never_blur="matte:nothing")
 
@@ -59,14 +59,14 @@ def test_cut_out_parts_together_are_the_image(data, shape, is_coc, is_only):
     share = data.draw(arrays.arrays(np.float32, shape, elements=PARTS))
     pixels = ReadPixels(color, coc_px=depth) if is_coc else ReadPixels(color, depth)
     cutout = cut_out(pixels, share, is_only)
-    rest_color, alpha = cutout.rest.color, cutout.share[..., None]
-    for part in (rest_color, cutout.light, cutout.depth):
+    surroundings_color, alpha = cutout.surroundings.color, cutout.share[..., None]
+    for part in (surroundings_color, cutout.light, cutout.depth):
         assert np.isfinite(part).all() and part.min() >= (-8 if is_coc else 0)
-    together = cutout.light + (1 - alpha) * rest_color
+    together = cutout.light + (1 - alpha) * surroundings_color
     is_exact = cutout.share == share
     if is_only:
         together = cutout.light + (1 - alpha) * (
-            rest_color + (1 - rest_color[..., 3:]) * cutout.ground
+            surroundings_color + (1 - surroundings_color[..., 3:]) * cutout.backdrop
         )
         is_exact &= (share == 0) | (share == 1)
     np.testing.assert_allclose(together[is_exact], color[is_exact], atol=2e-5)

@@ -65,7 +65,7 @@ class RenderedLamps:
         self.color, self.coc = new_texture(ctx, size, 4), new_texture(ctx, size, 1)
         upload(self.color, np.concatenate([color, np.ones((*coc.shape, 1))], -1))
         upload(self.coc, coc)
-        self.rest, self.highlights, self.out = (new_texture(ctx, size, 4) for _ in range(3))
+        self.diffuse, self.highlights, self.out = (new_texture(ctx, size, 4) for _ in range(3))
         sizes = HighlightBuffers.sizes(size)
         self.buffers = HighlightBuffers(**{k: ctx.buffer(reserve=v) for k, v in sizes.items()})
         self._passes, half = passes_of(ctx), blocks_for(size, 2)
@@ -76,7 +76,9 @@ class RenderedLamps:
             BlurTargets(poles, new_texture(ctx, half, 4)),
         )
         lit = ctx.buffer(reserve=WithoutHighlights.lit_bytes(size))
-        into = WithoutHighlights(self.rest, self.highlights, lit, new_texture(ctx, half, 1, "f2"))
+        into = WithoutHighlights(
+            self.diffuse, self.highlights, lit, new_texture(ctx, half, 1, "f2")
+        )
         list(self._passes.split.steps(self.color, self.coc, self.optics, scratch, into))
         self.taken = np.where(
             lit_pixels(lit, size)[..., None], download(self.highlights)[..., :3], 0.0
@@ -139,8 +141,8 @@ def test_highlights_keep_light(ctx: Device, coc_px: float, disc: DiscShape) -> N
     color = dark_picture_with_lamps((96, 96), {(48, 48): 100.0, (40, 60): 30.0})
     lamps = RenderedLamps(ctx, color, np.full((96, 96), coc_px, np.float32), disc)
     assert lamps.count == 2
-    rest = download(lamps.rest)[..., :3]
-    total = (rest + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
+    diffuse = download(lamps.diffuse)[..., :3]
+    total = (diffuse + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=2e-3)
 
 
@@ -297,7 +299,7 @@ def test_small_lamp_is_drawn_at_its_subpixel_position(ctx, rng, coc_px, error_li
         fine = round_lamp(32, tuple(rng.uniform(15.5, 16.5, 2)), rng.uniform(0.3, 2.5))
         color = np.repeat(pixels_of(fine)[..., None].astype(np.float32), 3, -1)
         lamps = RenderedLamps(ctx, color, np.full((32, 32), coc_px, np.float32))
-        drawn = download(lamps.rest)[..., 0] + lamps.drawn[..., 0]
+        drawn = download(lamps.diffuse)[..., 0] + lamps.drawn[..., 0]
         wrong = np.abs(drawn - pixels_of(defocus_by_fft(fine, coc_px)))
         misplaced.append(wrong.sum() / drawn.sum())
     assert np.mean(misplaced) < error_limit
@@ -316,7 +318,7 @@ def test_lamp_in_focus_is_no_highlight(ctx: Device) -> None:
     color = dark_picture_with_lamps((40, 40), {(20, 20): 100.0})
     lamps = RenderedLamps(ctx, color, np.zeros((40, 40), np.float32))
     assert lamps.count == 0
-    assert np.array_equal(download(lamps.rest)[..., :3], color)
+    assert np.array_equal(download(lamps.diffuse)[..., :3], color)
 
 
 def test_near_lamps_merge_and_distant_ones_do_not(ctx: Device) -> None:
@@ -335,7 +337,7 @@ def test_too_many_lamps_stay_in_picture_without_highlights(
     lamps = RenderedLamps(ctx, color, np.full((256, 256), 250.0, np.float32))
     assert lamps.taken.sum() > 0
     assert lamps.count == 0
-    np.testing.assert_allclose(download(lamps.rest)[..., :3], color, rtol=1e-5)
+    np.testing.assert_allclose(download(lamps.diffuse)[..., :3], color, rtol=1e-5)
     assert np.all(lamps.drawn == 0.0)
 
 
@@ -345,7 +347,7 @@ def test_highlight_split_marks_pixels_that_hold_light(ctx: Device) -> None:
     color = dark_picture_with_lamps((44, 67), places)
     lamps = RenderedLamps(ctx, color, np.full((44, 67), 8.0, np.float32))
     assert {(y, x) for y, x in np.argwhere(lamps.taken.any(axis=2)).tolist()} == places.keys()
-    np.testing.assert_allclose(download(lamps.rest)[..., :3] + lamps.taken, color, rtol=1e-6)
+    np.testing.assert_allclose(download(lamps.diffuse)[..., :3] + lamps.taken, color, rtol=1e-6)
 
 
 def test_only_blocks_with_light_are_listed_for_merging(ctx: Device) -> None:
@@ -385,7 +387,7 @@ def test_block_full_of_lamps_keeps_light(ctx: Device, disc: DiscShape) -> None:
     )
     coc = np.full((64, 64), 12.0, np.float32) + 1.5 * np.random.default_rng(0).random((64, 64))
     lamps = RenderedLamps(ctx, color, coc.astype(np.float32), disc)
-    total = (download(lamps.rest)[..., :3] + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
+    total = (download(lamps.diffuse)[..., :3] + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)
 
 
@@ -395,7 +397,7 @@ def test_large_bright_surface_stays_even(ctx: Device) -> None:
     color[24:104, 24:104] = 100.0
     assert 80 * 80 > SPRITES_MAX
     lamps = RenderedLamps(ctx, color, np.full((128, 128), 1.5, np.float32))
-    picture = download(lamps.rest)[..., :3] + lamps.drawn
+    picture = download(lamps.diffuse)[..., :3] + lamps.drawn
     np.testing.assert_allclose(picture[28:100, 28:100], 100.0, rtol=0.02)
     assert 0 < lamps.count < 80
     total = picture.sum(axis=(0, 1), dtype=np.float64)
@@ -410,7 +412,7 @@ def test_large_lamp_among_many_sparks_is_highlight(ctx: Device, rng: np.random.G
     color[200:224, 200:224], coc[192:232, 192:232] = 32.0, -26.0
     lamps = RenderedLamps(ctx, color, coc)
     assert 0 < lamps.count <= SPRITES_MAX
-    rest = download(lamps.rest)[..., :3]
-    assert rest[200:224, 200:224].max() < 4.0
-    total = (rest + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
+    diffuse = download(lamps.diffuse)[..., :3]
+    assert diffuse[200:224, 200:224].max() < 4.0
+    total = (diffuse + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)

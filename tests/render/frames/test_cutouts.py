@@ -116,7 +116,7 @@ def test_cutout_keeps_colors_of_title_with_axial_color(ctx, renderer, is_only):
     plate = title_plate(FAR_M, MATTE)
     share = 1 - MATTE if is_only else MATTE
     lens = replace(lens_blurring(COC_PX, WIDTH), axial_colour_mm=0.4)
-    renderer.load(with_cutout(plate, share, blurs_only_rest=is_only))
+    renderer.load(with_cutout(plate, share, blurs_only_surroundings=is_only))
     picture = renderer.pixels(Shot(lens))
     is_kept = share == 1
     if is_only:  # what blurs over it ends with the reach of the blur
@@ -151,7 +151,7 @@ def test_cutout_with_is_only_blurs_only_the_thing(ctx, renderer, thing_m):
     share = 1 - MATTE
     share[:, 112:] = 1
     plate = plate_of(plate.color, depth)
-    picture = render_pixels(renderer, with_cutout(plate, share, blurs_only_rest=True))
+    picture = render_pixels(renderer, with_cutout(plate, share, blurs_only_surroundings=True))
     np.testing.assert_array_equal(picture[:, 113:], plate.color[:, 113:])
     np.testing.assert_allclose(picture[:, :40], plate.color[:, :40], atol=2e-3)
     thing = disc(100, 45, 20.3)

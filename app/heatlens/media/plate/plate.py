@@ -134,20 +134,20 @@ def read_pixels(color: FloatImage, depth: FloatImage, is_coc: bool) -> ReadPixel
 class Cutout:
     """A thing that a matte keeps from the blur, with the rest of the picture, which is blurred.
 
-    light   (H, W, 4) light of the thing times its share, also where it continues behind a nearer
-            surface
-    share   (H, W) part of each pixel that the thing covers, 0..1
-    depth   (H, W) depth of the thing, as the plate holds it
-    rest    the picture without the thing; what the thing hides is guessed
-    ground  (H, W, 4) colors over which the rest is blurred, which then has alpha; None if the rest
-            covers all pixels
+    light         (H, W, 4) light of the thing times its share, also where it continues behind a
+                  nearer surface
+    share         (H, W) part of each pixel that the thing covers, 0..1
+    depth         (H, W) depth of the thing, as the plate holds it
+    surroundings  the picture without the thing; what the thing hides is guessed
+    backdrop      (H, W, 4) sharp colors over which the surroundings are blurred, which then have
+                  alpha; None if they cover all pixels
     """
 
     light: FloatImage
     share: FloatImage
     depth: FloatImage
-    rest: ReadPixels
-    ground: FloatImage | None = None
+    surroundings: ReadPixels
+    backdrop: FloatImage | None = None
 
 
 @dataclass(frozen=True, eq=False)

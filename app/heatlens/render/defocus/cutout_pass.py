@@ -12,25 +12,29 @@ _EVERYWHERE = (-1e30, 1e30)  # a range that contains every signed circle of conf
 class CutoutTextures:
     """A cutout on the GPU (`plate.plate.Cutout`), at the size of a picture.
 
-    light       RGBA: rgb times its share of the pixel, and the share
-    alpha       the same with the plate's alpha as its light; None for a plate without alpha
-    depth       depth of the cutout, or, once a lens is known, its signed circle of confusion
-    rest_color  RGBA of the picture without the cutout
-    rest_depth  depth of the picture without the cutout, as that of a plate
-    ground      RGBA, behind the rest of the picture, which is blurred with alpha then; None if
-                the rest needs no ground
+    light               RGBA: rgb times its share of the pixel, and the share
+    alpha               the same with the plate's alpha as its light; None for a plate without alpha
+    depth               depth of the cutout; with a known lens, its signed circle of confusion
+    surroundings_color  RGBA of the picture without the cutout
+    surroundings_depth  depth of the picture without the cutout, as that of a plate
+    backdrop            RGBA, sharp, behind the surroundings, which then have alpha; None if they
+                        cover all pixels
     """
 
     light: Texture
     alpha: Texture | None
     depth: Texture
-    rest_color: Texture
-    rest_depth: Texture
-    ground: Texture | None = None
+    surroundings_color: Texture
+    surroundings_depth: Texture
+    backdrop: Texture | None = None
 
     def lights_of(self, other: "CutoutTextures") -> list[tuple[Texture, Texture]]:
         """Return the pairs (texture of `other`, same texture of this cutout) that both have."""
-        pairs = [(other.light, self.light), (other.alpha, self.alpha), (other.ground, self.ground)]
+        pairs = [
+            (other.light, self.light),
+            (other.alpha, self.alpha),
+            (other.backdrop, self.backdrop),
+        ]
         return [(a, b) for a, b in pairs if a is not None and b is not None]
 
     def release(self) -> None:
@@ -39,9 +43,9 @@ class CutoutTextures:
             self.light,
             self.alpha,
             self.depth,
-            self.rest_color,
-            self.rest_depth,
-            self.ground,
+            self.surroundings_color,
+            self.surroundings_depth,
+            self.backdrop,
         ):
             if texture is not None:
                 texture.release()
@@ -72,7 +76,7 @@ class CutoutPass:
 
     def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "defocus/cutout_over.comp.glsl")
-        self._ground = ComputeProgram(ctx, "defocus/cutout_ground.comp.glsl")
+        self._backdrop = ComputeProgram(ctx, "defocus/cutout_backdrop.comp.glsl")
 
     def over_layers(
         self, sharp: SharpPart, coc_range_px: tuple[float, float], color: Texture
@@ -87,11 +91,11 @@ class CutoutPass:
         """Composite over `color` all that a picture with this signed `coc` does not hide."""
         self._run(sharp, coc, _EVERYWHERE, color, is_on_top=True)
 
-    def over_ground(self, ground: Texture, color: Texture, is_opaque: bool) -> None:
-        """Put `ground` behind `color`; `is_opaque` makes alpha exactly 1."""
-        self._ground.dispatch(
+    def over_backdrop(self, backdrop: Texture, color: Texture, is_opaque: bool) -> None:
+        """Put `backdrop` behind `color`; `is_opaque` makes alpha exactly 1."""
+        self._backdrop.dispatch(
             pixel_groups(color.size),
-            textures={"ground_tx": ground},
+            textures={"backdrop_tx": backdrop},
             images={"color_img": color},
             uniforms={"is_opaque": is_opaque},
         )

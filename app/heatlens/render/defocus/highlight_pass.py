@@ -93,31 +93,31 @@ class Surroundings:
 class ListsWithoutHighlights:
     """Fragment lists, and memory for the same lists without their highlights.
 
-    whole       the lists with their highlights
-    rest_words  the words of the lists without them
+    with_highlights  the lists as they were
+    diffuse_words    the words of the lists without them
     """
 
-    whole: ListedFragments
-    rest_words: Buffer
+    with_highlights: ListedFragments
+    diffuse_words: Buffer
 
     @property
     def lists_to_diffuse(self) -> ListedFragments:
         """The lists whose light is diffused with the layers."""
-        return self.whole.with_words(self.rest_words)
+        return self.with_highlights.with_words(self.diffuse_words)
 
 
 @dataclass(frozen=True)
 class WithoutHighlights:
-    """A picture split into its highlights and the rest.
+    """A picture split into its highlights and other light.
 
-    rest        RGBA, the light to diffuse
+    diffuse     RGBA, the light to diffuse
     highlights  RGBA, the light to draw as discs and its signed coc; written only where `lit` is set
     lit         a bit for each pixel that has light to draw (lib/lit_bits.lib.glsl)
     around      R of half the size, the luminance of the surroundings
     lists       the same for fragment lists; None without lists
     """
 
-    rest: Texture
+    diffuse: Texture
     highlights: Texture
     lit: Buffer
     around: Texture
@@ -132,7 +132,7 @@ class WithoutHighlights:
     def buffers(self) -> dict[str, Buffer]:
         """The storage blocks of the shaders that take highlights out or put them back."""
         lit, lists = {"lit_block": self.lit}, self.lists
-        return lit if lists is None else lit | {"rest_fragment_block": lists.rest_words}
+        return lit if lists is None else lit | {"diffuse_fragment_block": lists.diffuse_words}
 
 
 # Highlights are taken out of the picture, to be drawn as discs: FLIP .107 -> .050 in a still life
@@ -141,7 +141,7 @@ class WithoutHighlights:
 # highlight; bright surfaces are diffused. Surroundings are measured at half size, with clipped
 # light, because a lamp must not raise the level that it is compared with.
 class HighlightSplitPass:
-    """Splits a picture into its highlights and the rest."""
+    """Splits a picture into its highlights and the light to diffuse."""
 
     def __init__(self, ctx: Device, blur: BlurPass) -> None:
         self._blur = blur
@@ -165,7 +165,7 @@ class HighlightSplitPass:
         position of each light in its pixel is known, see `HighlightListPass`.
         """
         lists = out.lists
-        source_lists = None if lists is None else lists.whole
+        source_lists = None if lists is None else lists.with_highlights
         luminance, half_coc, targets = scratch.luminance, scratch.coc, scratch.targets
         yield from self._bands.run(
             self._luminance.version(lists is not None),
@@ -178,7 +178,7 @@ class HighlightSplitPass:
         )
         if lists is not None:
             # The shader takes the highlights out of this copy.
-            lists.whole.packed_lists.words.copy_to(lists.rest_words)
+            lists.with_highlights.packed_lists.words.copy_to(lists.diffuse_words)
         heat = named_kernel("heat")
         least_px = _SURROUNDINGS_PX / 2  # in pixels of the picture of half the size
         diffusion = Diffusion(luminance, half_coc, heat, optics.disc.spreads, least_px=least_px)
@@ -191,7 +191,7 @@ class HighlightSplitPass:
             textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color}
             | ({} if lists is None else {"luminance_tx": luminance}),
             images={
-                "out_rest_img": out.rest,
+                "out_diffuse_img": out.diffuse,
                 "out_highlight_img": out.highlights,
                 "out_around_img": out.around,
             },
@@ -286,18 +286,18 @@ class HighlightListPass:
             yield
 
     def _put_back(self, split: WithoutHighlights, buffers: HighlightBuffers, coc: Texture) -> None:
-        """Add the highlights to the rest again, if the plan says that they are too many.
+        """Add the highlights to the diffuse light again, if the plan says that they are too many.
 
         The plan holds the number of workgroups at its byte 20; it is 0 if nothing is put back.
         """
         lists, textures = split.lists, {"highlight_tx": split.highlights}
-        source_lists = None if lists is None else lists.whole
+        source_lists = None if lists is None else lists.with_highlights
         plan_buffers = {"tally_block": buffers.tally, "plan_block": buffers.plan}
         self._restore.version(lists is not None).dispatch(
             buffers.plan,
             offset=20,
             textures=textures if lists is None else textures | {"coc_tx": coc},
-            images={"rest_img": split.rest},
+            images={"diffuse_img": split.diffuse},
             buffers=list_buffers(source_lists) | split.buffers | plan_buffers,
             uniforms=list_uniforms(source_lists),
         )

@@ -1,6 +1,6 @@
 """Blur a picture in layers, which are composited far to near, and draw its highlights as discs.
 
-1. Split the picture into highlights and the rest.
+1. Split the picture into highlights and the light to diffuse.
 2. Unmix the pixels of silhouettes.
 3. Find the zones around wide surfaces before the focus, and the far field outside them.
 4. For each layer, in its visible tiles and at the size that its blur allows: blur (`LayerBlur`:
@@ -104,7 +104,7 @@ class LayeredBlur:
             split = self._allocate_split(color.size, lists)
             kernel = kernel_for(settings)
             highlights = yield from self._split_highlights(source, kernel, optics, split)
-            color, around = split.rest, split.around
+            color, around = split.diffuse, split.around
             lists = None if split.lists is None else split.lists.lists_to_diffuse
         picture = yield from self._split_silhouettes(color, coc, optics, lists, around)
         find_near = self._parts.find_near_zone(picture, optics, settings)
@@ -183,14 +183,14 @@ class LayeredBlur:
         self, size: tuple[int, int], lists: ListedFragments | None
     ) -> WithoutHighlights:
         """Return the memory to split a picture of `size`, and its lists, by highlights."""
-        scratch, rest_lists = self._scratch, None
+        scratch, lists_without_highlights = self._scratch, None
         if lists is not None:
             words = scratch.buffer("rest fragments", lists.packed_lists.words.size)
-            rest_lists = ListsWithoutHighlights(lists, words)
+            lists_without_highlights = ListsWithoutHighlights(lists, words)
         around = scratch.texture("around", blocks_for(size, 2), 1, "f2")
-        rest, highlights = (scratch.texture(name, size, 4) for name in ("rest", "highlights"))
+        diffuse, highlights = (scratch.texture(name, size, 4) for name in ("rest", "highlights"))
         lit = scratch.buffer("lit pixels", WithoutHighlights.lit_bytes(size))
-        return WithoutHighlights(rest, highlights, lit, around, rest_lists)
+        return WithoutHighlights(diffuse, highlights, lit, around, lists_without_highlights)
 
     def _split_highlights(
         self, source: LayeredPicture, kernel: Kernel, optics: Optics, out: WithoutHighlights

@@ -199,7 +199,7 @@ PASSES: tuple[Pass, ...] = (
     Pass(
         "composite",
         _comp("composite", variants=without_and_with("MIXED"))
-        | _comp("cutout_over", "cutout_ground"),
+        | _comp("cutout_over", "cutout_backdrop"),
         pass_costs.composite_bytes,
         _own_memory("without far"),
         reads_last=("layer", "behind"),

@@ -122,7 +122,9 @@ class DefocusPipeline:
         the result's alpha is 1. Methods with one layer ignore the plate's fragments.
         """
         if plate.cutout is not None:
-            plate = replace(plate, color=plate.cutout.rest_color, depth=plate.cutout.rest_depth)
+            plate = replace(
+                plate, color=plate.cutout.surroundings_color, depth=plate.cutout.surroundings_depth
+            )
         self.scratch.begin_picture()
         if settings.proxy < 1.0:
             reduced = yield from self._reduced.steps(plate, optics, settings, self.scratch)
@@ -134,12 +136,12 @@ class DefocusPipeline:
 
         def blur_once(color_optics: Optics) -> Steps[Texture]:
             # The ground goes behind the blurred picture, which needs its alpha for that.
-            ground = None if plate.cutout is None else plate.cutout.ground
+            backdrop = None if plate.cutout is None else plate.cutout.backdrop
             picture = yield from self._blur(
-                plate, color_optics, settings, has_alpha or bool(ground)
+                plate, color_optics, settings, has_alpha or bool(backdrop)
             )
-            if ground is not None:
-                self._passes.cutout.over_ground(ground, picture, is_opaque=not has_alpha)
+            if backdrop is not None:
+                self._passes.cutout.over_backdrop(backdrop, picture, is_opaque=not has_alpha)
             return picture
 
         if optics.disc.axial_px == 0.0 or settings.method in SAMPLING_COLORS:

@@ -49,7 +49,7 @@ class CropPass:
 
     def run(
         self,
-        whole: Texture,
+        full_size: Texture,
         origin: tuple[int, int],
         out: Texture,
         reduction: int = 1,
@@ -62,7 +62,7 @@ class CropPass:
         """
         self._program.dispatch(
             pixel_groups(out.size),
-            textures={"from_tx": whole},
+            textures={"from_tx": full_size},
             images={"out_img": out},
             uniforms={"origin": origin, "reduction": reduction, "light_scale": light_scale},
         )

@@ -42,13 +42,15 @@ class ProxyListMemory:
     total: Buffer
 
 
-def proxy_list_capacity(ctx: Device, whole: FragmentBuffers | None, size: tuple[int, int]) -> int:
+def proxy_list_capacity(
+    ctx: Device, full_size: FragmentBuffers | None, size: tuple[int, int]
+) -> int:
     """Return the number of fragments to reserve for a reduced picture of `size`."""
     most = ctx.limits.storage_block_bytes // FRAGMENT_BYTES
     pixels = size[0] * size[1]
-    if whole is None:
+    if full_size is None:
         return min(pixels, most)  # every other pixel at a silhouette
-    return min(whole.words.size // FRAGMENT_BYTES + _EXTRA_PER_PIXEL * pixels, most)
+    return min(full_size.words.size // FRAGMENT_BYTES + _EXTRA_PER_PIXEL * pixels, most)
 
 
 class ProxyListsPass:
@@ -67,7 +69,7 @@ class ProxyListsPass:
         self,
         color: Texture,
         depth: Texture,
-        whole: FragmentBuffers,
+        full_size: FragmentBuffers,
         memory: ProxyListMemory,
         out_depth: Texture,
     ) -> None:
@@ -76,8 +78,8 @@ class ProxyListsPass:
         `out_depth` is the reduced depth in meters. Where a list begins with the visible surface,
         its depth is replaced by that of the nearest fragment.
         """
-        list_inputs = {"start_block": whole.starts, "fragment_block": whole.words}
-        uniforms = _whole_uniforms(whole) | {"is_measured": whole.is_measured}
+        list_inputs = {"start_block": full_size.starts, "fragment_block": full_size.words}
+        uniforms = _full_size_uniforms(full_size) | {"is_measured": full_size.is_measured}
         textures = {"color_tx": color, "depth_tx": depth}
         self._run(self._merge_programs, textures, list_inputs, uniforms, memory, out_depth)
 
@@ -163,11 +165,11 @@ class _Programs:
         return ComputeProgram(self.ctx, self.shader)
 
 
-def _whole_uniforms(whole: FragmentBuffers) -> dict[str, object]:
+def _full_size_uniforms(full_size: FragmentBuffers) -> dict[str, object]:
     """Return the uniforms of the lists, with dioptres instead of coc."""
     return {
-        "lists_origin": whole.origin,
-        "lists_stride": whole.stride or whole.size[0],
+        "lists_origin": full_size.origin,
+        "lists_stride": full_size.stride or full_size.size[0],
         "fragment_line": (0.0, 1.0),
         **LEVEL.uniforms(1.0),
         "is_open": False,
@@ -208,28 +210,30 @@ class ReducedPlate:
         )
 
     def steps(
-        self, whole: PlateTextures, optics: Optics, settings: DefocusSettings, scratch: Scratch
+        self, full_size: PlateTextures, optics: Optics, settings: DefocusSettings, scratch: Scratch
     ) -> Steps[PlateTextures]:
         """Return the plate at the scale of `settings`; reduce it only if that was not done before.
 
         A plate without lists gets some at its silhouettes, if its depth and the method allow it.
         """
         proxy = settings.proxy
-        size = proxy_size(whole.color.size, proxy)
+        size = proxy_size(full_size.color.size, proxy)
         color = scratch.texture("proxy colour", size, 4)
         depth = scratch.texture("proxy depth", size, 1)
         positions = scratch.texture("proxy positions", size, 4, "f2")
         has_lists = optics.line is not None and layers_for(settings) > 1
-        memory = self._allocate_lists(whole.fragments, size, scratch) if has_lists else None
-        cutout = None if whole.cutout is None else _allocate_cutout(whole.cutout, size, scratch)
+        memory = self._allocate_lists(full_size.fragments, size, scratch) if has_lists else None
+        cutout = (
+            None if full_size.cutout is None else _allocate_cutout(full_size.cutout, size, scratch)
+        )
         if self._reduced_state != (proxy, has_lists):
             scale = proxy if optics.line is None else 1.0  # coc in pixels shrinks with the picture
-            self._pass.run(whole.color, whole.depth, scale, color, depth, positions)
+            self._pass.run(full_size.color, full_size.depth, scale, color, depth, positions)
             if memory is not None:
-                self._write_lists(whole, positions, memory, depth)
-            if whole.cutout is not None and cutout is not None:
-                for light, out in cutout.lights_of(whole.cutout):
-                    self._pass.run(light, whole.cutout.depth, scale, out, cutout.depth)
+                self._write_lists(full_size, positions, memory, depth)
+            if full_size.cutout is not None and cutout is not None:
+                for light, out in cutout.lights_of(full_size.cutout):
+                    self._pass.run(light, full_size.cutout.depth, scale, out, cutout.depth)
             self._reduced_state = proxy, has_lists
             yield scratch.end_pass("proxy")
         return PlateTextures(
@@ -237,13 +241,17 @@ class ReducedPlate:
         )
 
     def _write_lists(
-        self, whole: PlateTextures, positions: Texture, memory: ProxyListMemory, depth: Texture
+        self, full_size: PlateTextures, positions: Texture, memory: ProxyListMemory, depth: Texture
     ) -> None:
         """Write the lists of the reduced plate from those of the plate, or from its silhouettes."""
-        if whole.fragments is None:
-            self._lists_pass.list_silhouettes(whole.color, whole.depth, positions, memory, depth)
+        if full_size.fragments is None:
+            self._lists_pass.list_silhouettes(
+                full_size.color, full_size.depth, positions, memory, depth
+            )
         else:
-            self._lists_pass.merge(whole.color, whole.depth, whole.fragments, memory, depth)
+            self._lists_pass.merge(
+                full_size.color, full_size.depth, full_size.fragments, memory, depth
+            )
 
     def _allocate_lists(
         self, fragments: FragmentBuffers | None, size: tuple[int, int], scratch: Scratch
@@ -268,16 +276,16 @@ class ReducedPlate:
 
 
 def _allocate_cutout(
-    whole: CutoutTextures, size: tuple[int, int], scratch: Scratch
+    full_size: CutoutTextures, size: tuple[int, int], scratch: Scratch
 ) -> CutoutTextures:
     """Return memory for a cutout at another size; the rest of its picture is reduced as a plate.
 
     `lights_of` and the pass of the plate fill it afterwards.
     """
     return replace(
-        whole,
+        full_size,
         light=scratch.texture("proxy cutout", size, 4),
-        alpha=None if whole.alpha is None else scratch.texture("proxy cutout alpha", size, 4),
+        alpha=None if full_size.alpha is None else scratch.texture("proxy cutout alpha", size, 4),
         depth=scratch.texture("proxy cutout depth", size, 1),
-        ground=None if whole.ground is None else scratch.texture("proxy ground", size, 4),
+        backdrop=None if full_size.backdrop is None else scratch.texture("proxy ground", size, 4),
     )

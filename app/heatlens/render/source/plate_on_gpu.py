@@ -133,12 +133,12 @@ class PlateOnGpu:
         return CutoutTextures(
             light=new_uploaded(np.concatenate([light, share], axis=-1)),
             alpha=new_uploaded(np.concatenate([alpha] * 3 + [share], axis=-1))
-            if plate.has_alpha or cutout.ground is not None
+            if plate.has_alpha or cutout.backdrop is not None
             else None,
             depth=new_uploaded(cutout.depth),
-            rest_color=new_uploaded(cutout.rest.color * factor),
-            rest_depth=new_uploaded(_depth_or_coc(cutout.rest)),
-            ground=None if cutout.ground is None else new_uploaded(cutout.ground * factor),
+            surroundings_color=new_uploaded(cutout.surroundings.color * factor),
+            surroundings_depth=new_uploaded(_depth_or_coc(cutout.surroundings)),
+            backdrop=None if cutout.backdrop is None else new_uploaded(cutout.backdrop * factor),
         )
 
     def _fragments_of(self, plate: Plate, light_scale: float) -> FragmentBuffers | None:

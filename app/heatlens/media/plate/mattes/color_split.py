@@ -98,15 +98,15 @@ def _fill_unknown(values: FloatImage, known: Mask, is_mean: bool = True) -> Floa
 
 @dataclass(frozen=True, eq=False)
 class SplitPicture:
-    """A picture split into the kept thing, which stays sharp, and the rest.
+    """A picture split into the kept thing, which stays sharp, and its surroundings.
 
-    share          part of each pixel that the thing covers
-    nearness       that of the thing; elsewhere that of the nearest pixels of the thing
-    is_front       pixels without the thing, which lie in front of it
-    is_back        pixels without the thing, which lie behind it or next to it
-    is_open        pixels of the thing behind which the rest may continue
-    rest           colors of the rest, without the thing where `is_open`
-    rest_nearness  nearness of the rest
+    share                  part of each pixel that the thing covers
+    nearness               that of the thing; elsewhere that of its nearest pixels
+    is_front               pixels without the thing, which lie in front of it
+    is_back                pixels without the thing, which lie behind it or next to it
+    is_open                pixels of the thing behind which the surroundings may continue
+    surroundings           their colors, without the thing where `is_open`
+    surroundings_nearness  their nearness
     """
 
     picture: NearnessPicture
@@ -115,8 +115,8 @@ class SplitPicture:
     is_front: Mask
     is_back: Mask
     is_open: Mask
-    rest: FloatImage
-    rest_nearness: FloatImage
+    surroundings: FloatImage
+    surroundings_nearness: FloatImage
 
     @staticmethod
     def split(picture: NearnessPicture, share: FloatImage) -> "SplitPicture":
@@ -135,8 +135,8 @@ class SplitPicture:
         background = _unmix_background(
             picture.color, share, _kept_color(picture, share), picture.fill_mean_color(is_back)
         )
-        rest = np.where(is_open[..., None], background, picture.color)
-        rest_nearness = np.where(is_open, behind_nearness, picture.nearness)
+        surroundings = np.where(is_open[..., None], background, picture.color)
+        surroundings_nearness = np.where(is_open, behind_nearness, picture.nearness)
         return SplitPicture(
             picture=picture,
             share=share,
@@ -144,50 +144,57 @@ class SplitPicture:
             is_front=is_front,
             is_back=is_back,
             is_open=is_open,
-            rest=rest,
-            rest_nearness=rest_nearness,
+            surroundings=surroundings,
+            surroundings_nearness=surroundings_nearness,
         )
 
     def cut_out_kept(self) -> Cutout:
-        """Return the cutout of the thing, continued behind nearer surfaces, and the rest."""
+        """Return the cutout of the thing, continued behind nearer surfaces, and of the rest."""
         share = self.share
         kept_color = _kept_color(self.picture, self.share)
         color = self.picture.color
         is_mixed = (share > 0) & (share < 1) & _grow_mask(self.is_front)
         continued_share = np.where(self.is_front, _share_nearby(share, ~self.is_front), is_mixed)
         continued_share = continued_share.astype(np.float32)
-        light = np.maximum(color - (1 - share[..., None]) * self.rest, 0)
+        light = np.maximum(color - (1 - share[..., None]) * self.surroundings, 0)
         light = np.where(
             continued_share[..., None] > 0, continued_share[..., None] * kept_color, light
         )
         # In a mixed pixel at a nearer surface, replace the light of the thing by the background.
         behind_color = self.picture.fill_mean_color(self.is_back)
-        rest_under = np.maximum(color + share[..., None] * (behind_color - kept_color), 0)
-        is_rest_under = is_mixed & self.is_open
-        rest = np.where(is_rest_under[..., None], rest_under, self.rest)
-        nearness = np.where(is_rest_under, self.picture.nearness, self.rest_nearness)
-        return self._make_cutout(light, np.maximum(continued_share, share), rest, nearness)
+        surroundings_under = np.maximum(color + share[..., None] * (behind_color - kept_color), 0)
+        is_surroundings_under = is_mixed & self.is_open
+        surroundings = np.where(
+            is_surroundings_under[..., None], surroundings_under, self.surroundings
+        )
+        nearness = np.where(
+            is_surroundings_under, self.picture.nearness, self.surroundings_nearness
+        )
+        return self._make_cutout(light, np.maximum(continued_share, share), surroundings, nearness)
 
-    def cut_out_with_ground(self) -> Cutout:
-        """Return the cutout of the thing in front of the rest, with the ground of the rest."""
+    def cut_out_with_backdrop(self) -> Cutout:
+        """Return the cutout of the thing before its surroundings, which have a backdrop."""
         color, share, is_open = self.picture.color, self.share[..., None], self.is_open[..., None]
-        is_ground = (self.share == 1) & ~self.is_open
-        ground = np.where(share == 1, color, self.picture.fill_mean_color(is_ground))
+        is_backdrop = (self.share == 1) & ~self.is_open
+        backdrop = np.where(share == 1, color, self.picture.fill_mean_color(is_backdrop))
         continued_share = _share_nearby(1 - self.share, ~self.is_open)[..., None]
-        rest = np.where(is_open, continued_share * self.rest, np.maximum(color - share * ground, 0))
-        light = np.where(is_open, np.maximum(color - (1 - share) * self.rest, 0), 0)
+        surroundings = np.where(
+            is_open, continued_share * self.surroundings, np.maximum(color - share * backdrop, 0)
+        )
+        light = np.where(is_open, np.maximum(color - (1 - share) * self.surroundings, 0), 0)
         kept_share = np.where(self.is_open, self.share, np.float32(0))
         return replace(
-            self._make_cutout(light, kept_share, rest, self.rest_nearness), ground=ground
+            self._make_cutout(light, kept_share, surroundings, self.surroundings_nearness),
+            backdrop=backdrop,
         )
 
     def _make_cutout(
-        self, light: FloatImage, share: FloatImage, rest: FloatImage, nearness: FloatImage
+        self, light: FloatImage, share: FloatImage, surroundings: FloatImage, nearness: FloatImage
     ) -> Cutout:
-        """Return the cutout of this light and share, and the rest with its nearness."""
+        """Return the cutout of this light and share, and the surroundings with its nearness."""
         picture = self.picture
         pixels = read_pixels(
-            rest.astype(np.float32), picture.convert_to_depth(nearness), picture.is_coc
+            surroundings.astype(np.float32), picture.convert_to_depth(nearness), picture.is_coc
         )
         return Cutout(
             light.astype(np.float32), share, picture.convert_to_depth(self.nearness), pixels
@@ -199,7 +206,7 @@ def _kept_color(picture: NearnessPicture, share: FloatImage) -> FloatImage:
     return picture.fill_mean_color(share == 1 if (share == 1).any() else share > 0)
 
 
-# The background is the rest of the light divided by the rest of the share. This division amplifies
+# The background is the remaining light divided by the remaining share. This division amplifies
 # noise and the error of the guessed color without bound as the divisor goes to 0. So from a kept
 # share of 0.3 on, the guessed background is mixed in, and from 0.7 on it is used alone.
 def _unmix_background(
@@ -210,11 +217,11 @@ def _unmix_background(
     The background never gives more light than the whole pixel has.
     """
     kept_share = share[..., None]
-    rest_share = np.maximum(kept_share.dtype.type(1) - kept_share, np.float32(1e-3))
-    background = np.maximum(color - kept_share * kept_color, 0) / rest_share
+    background_share = np.maximum(kept_share.dtype.type(1) - kept_share, np.float32(1e-3))
+    background = np.maximum(color - kept_share * kept_color, 0) / background_share
     guess_weight = np.clip((kept_share - _GUESS_FROM) / (_GUESS_ONLY_FROM - _GUESS_FROM), 0, 1)
     blended = np.minimum(
-        background + guess_weight * (guessed_background - background), color / rest_share
+        background + guess_weight * (guessed_background - background), color / background_share
     )
     return np.where(kept_share == 1, guessed_background, np.maximum(blended, 0))
 

@@ -1,7 +1,7 @@
-"""Cut a thing that stays sharp out of a plate by its matte; only the rest is blurred.
+"""Cut a thing that stays sharp out of a plate by its matte; only the surroundings is blurred.
 
-A share is the part of a pixel, 0 to 1, that the kept thing covers. The thing and the rest together
-are the plate: a pixel at the edge of the matte belongs to both, by the share that the matte gives.
+A share is the part of a pixel, 0 to 1, that the kept thing covers. The thing and its surroundings
+together are the plate: a pixel at the edge of the matte belongs to both, by its share.
 """
 
 from dataclasses import replace
@@ -21,36 +21,43 @@ _MARGIN_PX, _MARGIN_PART = 32, 16
 # pixels around it. Only the surroundings of the thing are processed: a plate of 3840 x 2160 with a
 # title of a third of its width took 1.9 s of one processor instead of 8.5 s, and 0.74 GB instead of
 # 1.6 GB.
-def cut_out(pixels: Pixels, share: FloatImage, blurs_only_rest: bool = False) -> Cutout:
+def cut_out(pixels: Pixels, share: FloatImage, blurs_only_surroundings: bool = False) -> Cutout:
     """Return the cutout of a picture; `share` (H, W) is the part of each pixel that stays sharp.
 
-    With `blurs_only_rest`, the rest alone blurs, over its ground: all that is not the rest, which
-    stays sharp and is continued behind the rest.
+    With `blurs_only_surroundings`, all else is the backdrop, which stays sharp and is continued
+    behind the surroundings.
     """
     share = np.where(share > 1 - _ROUNDING, 1, np.where(share < _ROUNDING, 0, share)).astype(
         np.float32
     )
-    crop = _crop_around(share < 1 if blurs_only_rest else share > 0)
+    crop = _crop_around(share < 1 if blurs_only_surroundings else share > 0)
     color, depth = pixels.color, _stored_depth(pixels)
     cropped = read_pixels(color[crop], depth[crop], pixels.coc_px is not None)
     split = SplitPicture.split(NearnessPicture.from_pixels(cropped), share[crop])
-    cropped_cutout = split.cut_out_with_ground() if blurs_only_rest else split.cut_out_kept()
+    cropped_cutout = (
+        split.cut_out_with_backdrop() if blurs_only_surroundings else split.cut_out_kept()
+    )
 
     def paste(picture: FloatImage, cropped_pixels: FloatImage) -> FloatImage:
         picture[crop] = cropped_pixels
         return picture
 
-    rest = paste(
-        np.zeros_like(color) if blurs_only_rest else color.copy(), cropped_cutout.rest.color
+    surroundings = paste(
+        np.zeros_like(color) if blurs_only_surroundings else color.copy(),
+        cropped_cutout.surroundings.color,
     )
     return Cutout(
-        paste(color.copy() if blurs_only_rest else np.zeros_like(color), cropped_cutout.light),
-        paste(np.full_like(share, float(blurs_only_rest)), cropped_cutout.share),
+        paste(
+            color.copy() if blurs_only_surroundings else np.zeros_like(color), cropped_cutout.light
+        ),
+        paste(np.full_like(share, float(blurs_only_surroundings)), cropped_cutout.share),
         paste(depth.copy(), cropped_cutout.depth),
         read_pixels(
-            rest, paste(depth.copy(), _stored_depth(cropped_cutout.rest)), pixels.coc_px is not None
+            surroundings,
+            paste(depth.copy(), _stored_depth(cropped_cutout.surroundings)),
+            pixels.coc_px is not None,
         ),
-        None if cropped_cutout.ground is None else paste(color.copy(), cropped_cutout.ground),
+        None if cropped_cutout.backdrop is None else paste(color.copy(), cropped_cutout.backdrop),
     )
 
 
@@ -87,15 +94,17 @@ def extend_cutout(plate: Plate, wide_plate: Plate) -> Plate:
         )
         return np.ascontiguousarray(pasted.reshape(wide_pixels.shape))
 
-    rest, is_coc = cutout.rest, wide_plate.coc_px is not None
+    surroundings, is_coc = cutout.surroundings, wide_plate.coc_px is not None
     depth = _stored_depth(wide_plate.pixels)
     light = paste(cutout.light, np.zeros_like(wide_plate.color))
     pixels = read_pixels(
-        paste(rest.color, wide_plate.color), paste(_stored_depth(rest), depth), is_coc
+        paste(surroundings.color, wide_plate.color),
+        paste(_stored_depth(surroundings), depth),
+        is_coc,
     )
     wide_cutout = Cutout(light, share, paste(cutout.depth, depth), pixels)
-    if cutout.ground is not None:
-        wide_cutout = replace(wide_cutout, ground=paste(cutout.ground, wide_plate.color))
+    if cutout.backdrop is not None:
+        wide_cutout = replace(wide_cutout, backdrop=paste(cutout.backdrop, wide_plate.color))
     return replace(wide_plate, cutout=wide_cutout)
 
 
