@@ -59,14 +59,14 @@ def test_cut_out_parts_together_are_the_image(data, shape, is_coc, is_only):
     share = data.draw(arrays.arrays(np.float32, shape, elements=PARTS))
     pixels = ReadPixels(color, coc_px=depth) if is_coc else ReadPixels(color, depth)
     cutout = cut_out(pixels, share, is_only)
-    surroundings_color, alpha = cutout.surroundings.color, cutout.share[..., None]
-    for part in (surroundings_color, cutout.light, cutout.depth):
+    clean_color, alpha = cutout.surroundings.color, cutout.share[..., None]
+    for part in (clean_color, cutout.light, cutout.depth):
         assert np.isfinite(part).all() and part.min() >= (-8 if is_coc else 0)
-    together = cutout.light + (1 - alpha) * surroundings_color
+    together = cutout.light + (1 - alpha) * clean_color
     is_exact = cutout.share == share
     if is_only:
         together = cutout.light + (1 - alpha) * (
-            surroundings_color + (1 - surroundings_color[..., 3:]) * cutout.backdrop
+            clean_color + (1 - clean_color[..., 3:]) * cutout.backdrop
         )
         is_exact &= (share == 0) | (share == 1)
     np.testing.assert_allclose(together[is_exact], color[is_exact], atol=2e-5)

@@ -75,19 +75,19 @@ def undo_count(gui: Gui) -> int:
 @given(st.sampled_from(list(LensParameter)), st.floats(1.0, 2.0), st.floats(1.001, 1.9))
 def test_axis_place_rises_with_the_value_and_is_invertible(parameter, value, factor):
     axis = AXES[parameter]
-    assert axis.coordinate_of(value * factor) < axis.coordinate_of(value)
-    assert axis.value_at(axis.coordinate_of(value)) == pytest.approx(value)
+    assert axis.level_of(value * factor) < axis.level_of(value)
+    assert axis.value_at(axis.level_of(value)) == pytest.approx(value)
 
 
 @given(st.floats(0.5, 64.0), st.floats(0.0, 8.0))
 def test_axis_unit_is_a_stop_a_doubling_or_a_dioptre(value, offset):
-    assert AXES[F_STOP].value_at(AXES[F_STOP].coordinate_of(value) - offset) == pytest.approx(
+    assert AXES[F_STOP].value_at(AXES[F_STOP].level_of(value) - offset) == pytest.approx(
         value * math.sqrt(2.0) ** offset
     )
-    assert AXES[FOCAL].value_at(AXES[FOCAL].coordinate_of(value) - offset) == pytest.approx(
+    assert AXES[FOCAL].value_at(AXES[FOCAL].level_of(value) - offset) == pytest.approx(
         value * 2**offset
     )
-    assert AXES[FOCUS].coordinate_of(value) == pytest.approx(1 / value)
+    assert AXES[FOCUS].level_of(value) == pytest.approx(1 / value)
 
 
 @given(st.floats(0.01, 3.0))
@@ -103,7 +103,7 @@ def test_f_stop_labels_are_whole_stops_or_thirds_by_spacing():
     assert axis.labels_for(0.1) == THIRD_STOPS
     whole = axis.labels_for(0.5)
     assert {1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0} <= set(whole)
-    gaps = [axis.coordinate_of(a) - axis.coordinate_of(b) for a, b in pairwise(whole)]
+    gaps = [axis.level_of(a) - axis.level_of(b) for a, b in pairwise(whole)]
     assert gaps == pytest.approx([1.0] * len(gaps), abs=0.1)
     assert axis.labels_for(9.0) == whole
     assert [AXES[p].format_value(v, "ft") for p, v in ((F_STOP, 2.8), (FOCAL, 35))] == [
@@ -130,10 +130,10 @@ def test_key_drag_changes_frame_and_value_in_one_undo_step(gui, parameter):
     choose(gui, parameter)
     axis, (x, y) = AXES[parameter], key_position(gui, 1007, parameter)
     low, high = (key_position(gui, number, parameter)[1] for number in (1002, 1004))
-    ends = [axis.coordinate_of(KEY_VALUES[parameter][number]) for number in (1002, 1004)]
+    ends = [axis.level_of(KEY_VALUES[parameter][number]) for number in (1002, 1004)]
     unit = (low - high) / (ends[0] - ends[1])
     gui.drag((x, y), (ruler_position(gui, 1006)[0], y - 10.0))
-    expected = axis.value_at(axis.coordinate_of(KEY_VALUES[parameter][1007]) - 10.0 / unit)
+    expected = axis.value_at(axis.level_of(KEY_VALUES[parameter][1007]) - 10.0 / unit)
     assert values(gui, parameter)[1006] == pytest.approx(expected, rel=1e-4)
     assert 1007 not in values(gui, parameter) and undo_count(gui) == 1
     assert values(gui, FOCUS) == KEY_VALUES[FOCUS]
@@ -182,11 +182,11 @@ def test_curve_of_a_parameter_without_keys_is_level(gui):
     line, axis = CurveLine(), AXES[F_STOP]
     level_points = line.points(still, axis, 1001, 1008, 5)
     positions = {y for _, y in level_points}
-    assert positions == {axis.coordinate_of(still.lens.f_stop)} and len(level_points) == 5
+    assert positions == {axis.level_of(still.lens.f_stop)} and len(level_points) == 5
     assert line.points(still, axis, 1001, 1008, 5) is level_points  # kept while nothing is new
     keyed = dict(line.points(still, AXES[FOCAL], 1001, 1008, 5))
     for number, value in KEY_VALUES[FOCAL].items():
-        assert keyed[number] == pytest.approx(AXES[FOCAL].coordinate_of(value))
+        assert keyed[number] == pytest.approx(AXES[FOCAL].level_of(value))
 
 
 def test_tilt_row_appears_once_the_lens_is_tilted(gui: Gui) -> None:

@@ -152,11 +152,7 @@ def _render(args: argparse.Namespace) -> None:
     lens = shot.lens_at(frame)
     if args.deep:
         make_folder(args.output.parent)
-        attributes = {
-            **plate.attributes,
-            **lens_header(plate, lens),
-            **blurred_mark(is_blurred=False),
-        }
+        attributes = {**plate.attributes, **lens_header(plate, lens), **blurred_mark(False)}
         write_deep(args.output, plate, attributes, half=not args.float)
     else:
         plate_channels, plate_attributes = read_kept_channels(

@@ -12,20 +12,19 @@ _EVERYWHERE = (-1e30, 1e30)  # a range that contains every signed circle of conf
 class CutoutTextures:
     """A cutout on the GPU (`plate.plate.Cutout`), at the size of a picture.
 
-    light               RGBA: rgb times its share of the pixel, and the share
-    alpha               the same with the plate's alpha as its light; None for a plate without alpha
-    depth               depth of the cutout; with a known lens, its signed circle of confusion
-    surroundings_color  RGBA of the picture without the cutout
-    surroundings_depth  depth of the picture without the cutout, as that of a plate
-    backdrop            RGBA, sharp, behind the surroundings, which then have alpha; None if they
-                        cover all pixels
+    light        RGBA: rgb times its share of the pixel, and the share
+    alpha        the same with the plate's alpha as its light; None for a plate without alpha
+    depth        depth of the cutout, or, once a lens is known, its signed circle of confusion
+    clean_color  RGBA of the picture without the cutout
+    clean_depth  depth of the picture without the cutout, as that of a plate
+    backdrop     RGBA, sharp, behind the clean picture, which then has alpha; None if it covers all
     """
 
     light: Texture
     alpha: Texture | None
     depth: Texture
-    surroundings_color: Texture
-    surroundings_depth: Texture
+    clean_color: Texture
+    clean_depth: Texture
     backdrop: Texture | None = None
 
     def lights_of(self, other: "CutoutTextures") -> list[tuple[Texture, Texture]]:
@@ -43,8 +42,8 @@ class CutoutTextures:
             self.light,
             self.alpha,
             self.depth,
-            self.surroundings_color,
-            self.surroundings_depth,
+            self.clean_color,
+            self.clean_depth,
             self.backdrop,
         ):
             if texture is not None:

@@ -122,9 +122,7 @@ class DefocusPipeline:
         the result's alpha is 1. Methods with one layer ignore the plate's fragments.
         """
         if plate.cutout is not None:
-            plate = replace(
-                plate, color=plate.cutout.surroundings_color, depth=plate.cutout.surroundings_depth
-            )
+            plate = replace(plate, color=plate.cutout.clean_color, depth=plate.cutout.clean_depth)
         self.scratch.begin_picture()
         if settings.proxy < 1.0:
             reduced = yield from self._reduced.steps(plate, optics, settings, self.scratch)

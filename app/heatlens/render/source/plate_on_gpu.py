@@ -136,8 +136,8 @@ class PlateOnGpu:
             if plate.has_alpha or cutout.backdrop is not None
             else None,
             depth=new_uploaded(cutout.depth),
-            surroundings_color=new_uploaded(cutout.surroundings.color * factor),
-            surroundings_depth=new_uploaded(_depth_or_coc(cutout.surroundings)),
+            clean_color=new_uploaded(cutout.surroundings.color * factor),
+            clean_depth=new_uploaded(_depth_or_coc(cutout.surroundings)),
             backdrop=None if cutout.backdrop is None else new_uploaded(cutout.backdrop * factor),
         )
 

@@ -37,7 +37,7 @@ _ZOOM, _MIN_ZOOM_SHARE = (
 _NAME_GAP = 0.5  # em
 _VALUE_RISE_EM = 1.6  # how far above a key its value is drawn
 _MIN_DRAG_PX = 3.0  # a smaller vertical movement of the mouse does not change the value of a key
-Line = Sequence[tuple[float, float]]  # (frame, coordinate on the axis)
+Line = Sequence[tuple[float, float]]  # (frame, level on the axis)
 
 
 def curve_editor(
@@ -69,8 +69,8 @@ def curve_editor(
     def move(
         shot: Shot, selection: KeySelection, frames: int, up: float
     ) -> tuple[Shot, KeySelection]:
-        coordinate_change = up / heights.px_per_coordinate if abs(up) > _MIN_DRAG_PX else 0.0
-        return move_keys(raise_keys(shot, selection, axis, coordinate_change), selection, frames)
+        level_change = up / heights.px_per_level if abs(up) > _MIN_DRAG_PX else 0.0
+        return move_keys(raise_keys(shot, selection, axis, level_change), selection, frames)
 
     stretch_grips(view.stretch, scale, corner.y, height)
     handle_key_drag(view.drag, scale, corner.y, height, key_positions, move)
@@ -87,12 +87,9 @@ def _handle_pointer(
     is_hovered = imgui.is_mouse_hovering_rect(*_corners(scale, heights))
     view.is_hovered = is_hovered and imgui.is_window_hovered()
     if view.is_hovered and io.key_alt and io.mouse_wheel:
-        pointer_coordinate, factor = heights.coordinate_at(io.mouse_pos.y), _ZOOM**-io.mouse_wheel
-        low = max(
-            pointer_coordinate + (heights.top_coordinate - pointer_coordinate) * factor,
-            axis.top_coordinate,
-        )
-        high = pointer_coordinate + (heights.bottom_coordinate - pointer_coordinate) * factor
+        pointer_level, factor = heights.level_at(io.mouse_pos.y), _ZOOM**-io.mouse_wheel
+        low = max(pointer_level + (heights.top_level - pointer_level) * factor, axis.top_level)
+        high = pointer_level + (heights.bottom_level - pointer_level) * factor
         view.zoom_range = low, max(high, low + _MIN_ZOOM_SHARE * axis.min_span)
 
 
@@ -142,32 +139,30 @@ def _focus_samples(
 def _visible_places(
     desk: TimeDesk, axis: CurveAxis, line: Line, samples: tuple[Sample, ...], frames_all: bool
 ) -> tuple[float, float]:
-    """Return the visible range of coordinates: keys and curve, and the depth of field near them.
+    """Return the visible range of levels: keys and curve, and the depth of field near them.
 
     With `frames_all`, or if there are no keys, the range includes the marks too.
     """
     keys = desk.editing.shot.curves.of(axis.parameter).keys
-    coordinates = [coordinate for _, coordinate in line] + [
-        axis.coordinate_of(key.value) for key in keys
-    ]
-    coordinates += recorded_range(desk) if samples else []
-    coordinates += _mark_coordinates(desk) if samples and (frames_all or not keys) else []
-    low, high = min(coordinates), max(coordinates)
+    levels = [level for _, level in line] + [axis.level_of(key.value) for key in keys]
+    levels += recorded_range(desk) if samples else []
+    levels += _mark_levels(desk) if samples and (frames_all or not keys) else []
+    low, high = min(levels), max(levels)
     range_dioptres = max((sample.near - sample.focus for sample in samples), default=0.0)
     span = high - low + 2 * min(range_dioptres, high - low + axis.min_span)
     span = max(span, axis.min_span)
     center = (low + high) / 2
-    low = max(center - span * (0.5 + _MARGIN_SHARE), axis.top_coordinate)
+    low = max(center - span * (0.5 + _MARGIN_SHARE), axis.top_level)
     return low, max(center + span * (0.5 + _MARGIN_SHARE), low + axis.min_span)
 
 
-def _mark_coordinates(desk: TimeDesk) -> list[float]:
-    """Return the distances of all marks at all known frames, as coordinates of the focus axis."""
-    coordinates = [
+def _mark_levels(desk: TimeDesk) -> list[float]:
+    """Return the distances of all marks at all known frames, as levels of the focus axis."""
+    levels = [
         1.0 / mark.distance_m for mark in desk.editing.shot.marks if isinstance(mark, DistanceMark)
     ]
     lines = [line for track in desk.mark_tracks() for line in track.lines]
-    return coordinates + [coordinate for line in lines for _, coordinate in line]
+    return levels + [level for line in lines for _, level in line]
 
 
 def _key_positions(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heights) -> KeyPositions:
@@ -175,7 +170,7 @@ def _key_positions(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heigh
     return {
         KeyId(axis.parameter, key.frame): (
             scale.x_at(key.frame),
-            heights.y_at(axis.coordinate_of(key.value)),
+            heights.y_at(axis.level_of(key.value)),
         )
         for key in shot.curves.of(axis.parameter).keys
     }
@@ -188,9 +183,9 @@ def _draw_background(unit: str, axis: CurveAxis, scale: TimeScale, heights: Heig
     draw.add_rect_filled(corner, end, theme.colors.groove)
     last_y = end.y + em
     for value in axis.visible_labels(
-        heights.top_coordinate, heights.bottom_coordinate, 1.1 * em / heights.px_per_coordinate
+        heights.top_level, heights.bottom_level, 1.1 * em / heights.px_per_level
     ):
-        y = heights.y_at(axis.coordinate_of(value))
+        y = heights.y_at(axis.level_of(value))
         if last_y - y >= 1.1 * em and y <= end.y - 0.5 * em:
             text = axis.format_value(value, unit)
             text_x = scale.x - 0.5 * em - imgui.calc_text_size(text).x
@@ -205,12 +200,10 @@ def _corners(scale: TimeScale, heights: Heights) -> tuple[ImVec2, ImVec2]:
 
 
 def _screen_points(
-    scale: TimeScale, heights: Heights, coordinates: Iterable[tuple[float, float]]
+    scale: TimeScale, heights: Heights, levels: Iterable[tuple[float, float]]
 ) -> Iterator[ImVec2]:
-    """Return the screen positions of points (frame, coordinate)."""
-    return (
-        ImVec2(scale.x_at(frame), heights.line_y(coordinate)) for frame, coordinate in coordinates
-    )
+    """Return the screen positions of points (frame, level)."""
+    return (ImVec2(scale.x_at(frame), heights.line_y(level)) for frame, level in levels)
 
 
 def _draw_sharp_range(scale: TimeScale, heights: Heights, samples: tuple[Sample, ...]) -> None:
@@ -235,7 +228,7 @@ def _draw_sharp_range(scale: TimeScale, heights: Heights, samples: tuple[Sample,
 
 
 def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, em: float) -> None:
-    """Draw a line of points (frame, coordinate), clipped to the editor."""
+    """Draw a line of points (frame, level), clipped to the editor."""
     draw = imgui.get_window_draw_list()
     draw.push_clip_rect(*_corners(scale, heights), True)
     width = em * imgui.get_font_size()
@@ -260,12 +253,12 @@ def _draw_marks(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
             _draw_dashes(_screen_points(scale, heights, bridge), 0.5 * em)
     for mark in desk.editing.shot.marks:
         if isinstance(mark, DistanceMark):
-            coordinate = 1.0 / mark.distance_m
-            lines.append((mark.name, ((scale.first, coordinate), (scale.last, coordinate))))
+            level = 1.0 / mark.distance_m
+            lines.append((mark.name, ((scale.first, level), (scale.last, level))))
     for name, line in sorted(lines, key=lambda named_line: named_line[1][-1][1]):
         draw.add_polyline([*_screen_points(scale, heights, line)], theme.colors.mark, 0.1 * em, 0)
         x = min(scale.x_at(line[-1][0]), end.x) - _GRIP_MARGIN_EM * em
-        if heights.top_coordinate <= line[-1][1] <= heights.bottom_coordinate:
+        if heights.top_level <= line[-1][1] <= heights.bottom_level:
             names.draw(name, x, heights.y_at(line[-1][1]), theme.colors.mark)
     draw.pop_clip_rect()
 

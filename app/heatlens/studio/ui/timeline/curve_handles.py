@@ -21,32 +21,32 @@ _MIN_LENGTH_EM = 1.7  # smallest distance of a tip from its key, so that both ca
 
 @dataclass(frozen=True)
 class Heights:
-    """Maps coordinates of an axis to the screen, from `top_coordinate` to `bottom_coordinate`.
+    """Maps levels of an axis to the screen, from `top_level` to `bottom_level`.
 
     `y` and `height` are the top and the height of the editor in screen units.
     """
 
-    top_coordinate: float
-    bottom_coordinate: float
+    top_level: float
+    bottom_level: float
     y: float
     height: float
 
     @property
-    def px_per_coordinate(self) -> float:
-        """Screen units per coordinate of the axis."""
-        return self.height / (self.bottom_coordinate - self.top_coordinate)
+    def px_per_level(self) -> float:
+        """Screen units per level of the axis."""
+        return self.height / (self.bottom_level - self.top_level)
 
-    def y_at(self, coordinate: float) -> float:
-        """Return the y of a coordinate, limited to the height of the editor."""
-        return self.line_y(min(max(coordinate, self.top_coordinate), self.bottom_coordinate))
+    def y_at(self, level: float) -> float:
+        """Return the y of a level, limited to the height of the editor."""
+        return self.line_y(min(max(level, self.top_level), self.bottom_level))
 
-    def line_y(self, coordinate: float) -> float:
-        """Return the y of a coordinate, which may lie outside the editor."""
-        return self.y + (coordinate - self.top_coordinate) * self.px_per_coordinate
+    def line_y(self, level: float) -> float:
+        """Return the y of a level, which may lie outside the editor."""
+        return self.y + (level - self.top_level) * self.px_per_level
 
-    def coordinate_at(self, y: float) -> float:
-        """Return the coordinate at a screen position y."""
-        return self.top_coordinate + (y - self.y) / self.px_per_coordinate
+    def level_at(self, y: float) -> float:
+        """Return the level at a screen position y."""
+        return self.top_level + (y - self.y) / self.px_per_level
 
 
 @dataclass(frozen=True)
@@ -70,12 +70,12 @@ class Handle:
         """Return the position of the tip: frame, and value on the curve's own scale."""
         ease = self.key.ease_out if self.is_out else self.key.ease_in
         frames, rise = ease.handle(self.segment_frames)
-        coordinate = scale.position_of(self.key.value) + self._sign * rise
-        return self.key.frame + self._sign * frames, coordinate
+        level = scale.position_of(self.key.value) + self._sign * rise
+        return self.key.frame + self._sign * frames, level
 
-    def with_tip_at(self, frame: float, coordinate: float, scale: Scale) -> Key:
+    def with_tip_at(self, frame: float, level: float, scale: Scale) -> Key:
         """Return the key with its handle changed so that the tip is at that position."""
-        rise = self._sign * (coordinate - scale.position_of(self.key.value))
+        rise = self._sign * (level - scale.position_of(self.key.value))
         ease = Ease.of_handle(self._sign * (frame - self.key.frame), rise, self.segment_frames)
         if self.is_out:
             return replace(self.key, ease_out=ease)
@@ -113,9 +113,9 @@ def _draw_handle(
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     reach = _REACH_EM * em
     curve_scale = desk.editing.shot.curves.of(axis.parameter).scale
-    frame, coordinate = handle.tip(curve_scale)
-    key = scale.x_at(handle.key.frame), heights.y_at(axis.coordinate_of(handle.key.value))
-    tip_position = scale.x_at(frame), heights.y_at(axis.from_scale(coordinate, curve_scale))
+    frame, level = handle.tip(curve_scale)
+    key = scale.x_at(handle.key.frame), heights.y_at(axis.level_of(handle.key.value))
+    tip_position = scale.x_at(frame), heights.y_at(axis.from_scale(level, curve_scale))
     tip = ImVec2(*_keep_apart(key, tip_position, _MIN_LENGTH_EM * em, 1 if handle.is_out else -1))
     corner = ImVec2(tip.x - reach, tip.y - reach)
     widgets.invisible_button(handle.name, corner, ImVec2(2 * reach, 2 * reach))
@@ -124,7 +124,7 @@ def _draw_handle(
     is_dragged = imgui.is_item_active()
     if is_dragged and imgui.is_mouse_dragging(imgui.MouseButton_.left, 1.0):
         mouse = imgui.get_mouse_pos()
-        _drag_tip(desk, axis, handle, scale.time_at(mouse.x), heights.coordinate_at(mouse.y))
+        _drag_tip(desk, axis, handle, scale.time_at(mouse.x), heights.level_at(mouse.y))
     is_bright = is_dragged or imgui.is_item_hovered()
     draw.add_line(ImVec2(*key), tip, theme.colors.mark, 0.067 * em)
     draw.add_circle_filled(
@@ -148,12 +148,10 @@ def _keep_apart(
     return key[0] + across * min_length / length, key[1] + down * min_length / length
 
 
-def _drag_tip(
-    desk: TimeDesk, axis: CurveAxis, handle: Handle, frame: float, coordinate: float
-) -> None:
-    """Change a key so that the tip of its handle is at a frame and a coordinate of the axis."""
+def _drag_tip(desk: TimeDesk, axis: CurveAxis, handle: Handle, frame: float, level: float) -> None:
+    """Change a key so that the tip of its handle is at a frame and a level of the axis."""
     curve = desk.editing.shot.curves.of(axis.parameter)
-    new_key = handle.with_tip_at(frame, axis.to_scale(coordinate, curve.scale), curve.scale)
+    new_key = handle.with_tip_at(frame, axis.to_scale(level, curve.scale), curve.scale)
     with report_errors(desk.say):
         desk.editing.edit(
             check_shot(desk.editing.shot.with_curve(axis.parameter, curve.with_key(new_key)))

@@ -79,31 +79,29 @@ def _tolerance_slider(desk: TimeDesk) -> None:
 
 
 def recorded_range(desk: TimeDesk) -> list[float]:
-    """Return the lowest and highest value that `draw_recorded` draws, in dioptres; [] for none."""
+    """Return the lowest and highest level that `draw_recorded` draws, in dioptres; [] for none."""
     recording = desk.recording
-    coordinates = [1.0 / distance_m for _, distance_m in recording.samples]
+    levels = [1.0 / distance_m for _, distance_m in recording.samples]
     tolerance = recording.tolerance_dioptres
-    return [min(coordinates) - tolerance, max(coordinates) + tolerance] if coordinates else []
+    return [min(levels) - tolerance, max(levels) + tolerance] if levels else []
 
 
 def draw_recorded(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
     """Draw the recorded focus as a line, inside the band of the tolerance of the keys."""
     draw, recording = imgui.get_window_draw_list(), desk.recording
     tolerance = recording.tolerance_dioptres
-    coordinates = [(frame, 1.0 / distance_m) for frame, distance_m in recording.samples]
+    levels = [(frame, 1.0 / distance_m) for frame, distance_m in recording.samples]
     corner = ImVec2(scale.x, heights.y)
     draw.push_clip_rect(corner, ImVec2(scale.x + scale.width, heights.y + heights.height), True)
 
-    def at(coordinate: tuple[float, float], offset: float) -> ImVec2:
+    def at(level: tuple[float, float], offset: float) -> ImVec2:
         """Return the screen position of a sample (frame, dioptres), `offset` dioptres lower."""
-        return ImVec2(scale.x_at(coordinate[0]), heights.y_at(coordinate[1] + offset))
+        return ImVec2(scale.x_at(level[0]), heights.y_at(level[1] + offset))
 
     old_flags, draw.flags = draw.flags, 0  # or each seam between two quads would be drawn twice
-    for a, b in pairwise(coordinates):
+    for a, b in pairwise(levels):
         corners = at(a, -tolerance), at(b, -tolerance), at(b, tolerance), at(a, tolerance)
         draw.add_quad_filled(*corners, theme.colors.tolerance_band)
     draw.flags = old_flags
-    draw.add_polyline(
-        [at(coordinate, 0.0) for coordinate in coordinates], theme.colors.recorded, 1.2, 0
-    )
+    draw.add_polyline([at(level, 0.0) for level in levels], theme.colors.recorded, 1.2, 0)
     draw.pop_clip_rect()

@@ -94,7 +94,7 @@ class TimelineView:
     drag          the drag of keys with the mouse
     stretch       the drag of one end of the chosen keys
     scale         the visible frames; None for all
-    heights       the visible range of the curve, as coordinates; None to fit the curve
+    heights       the visible range of the curve, as levels; None to fit the curve
     zoom_range    the range that the user zoomed to; None to fit keys
     fits_marks    fit marks too, not only keys
     is_hovered    the curve is under the pointer
