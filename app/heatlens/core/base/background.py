@@ -145,6 +145,7 @@ def _start_thread(work: Callable[[], None], name: str) -> None:
     """Run `work` on a new daemon thread, which counts as busy until `work` returns."""
 
     def run() -> None:
+        """Do the work, and count the thread as idle afterwards."""
         try:
             work()
         finally:

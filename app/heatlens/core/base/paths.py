@@ -171,6 +171,7 @@ def runtime_dir() -> Path:
     dirs = PlatformDirs(_NAME, appauthor=False)
 
     def usual() -> str:
+        """Return the folder that the system has for files of running programs."""
         with warnings.catch_warnings():
             warnings.simplefilter(
                 "ignore"

@@ -167,6 +167,7 @@ def _open_process(number: int, rights: int) -> Iterator[int]:
 
 
 def _memory_of_process(handle: int) -> ProcessMemory:
+    """Return the memory of the process with this handle. Raises OSError."""
     counters = _ProcessMemory(length=ctypes.sizeof(_ProcessMemory))
     _check(
         _KERNEL.K32GetProcessMemoryInfo(

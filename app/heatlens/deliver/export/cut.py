@@ -44,6 +44,7 @@ class Cut:
 
     @property
     def fingerprint(self) -> str:
+        """The fingerprint of the movie: that of all its frames in order."""
         fingerprints = [
             "black" if frame is None else frame.fingerprint for frame in self.movie_frames
         ]

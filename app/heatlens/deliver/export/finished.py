@@ -80,6 +80,7 @@ def _exr_fingerprint(path: Path) -> str | None:
 
 
 def _movie_marks(path: Path) -> dict[str, str]:
+    """Return the marks that an export left in a movie. Raises ValueError for a damaged one."""
     library = av()
     try:
         with open_movie(library, path) as container:
@@ -112,6 +113,7 @@ def _must_not_be_replaced(path: Path) -> bool:
 
 
 def _foreign_files_message(foreign_paths: list[Path], count: int) -> str:
+    """Return the refusal to replace files of other programs, of `count` outputs in all."""
     if count == 1:
         return f"{foreign_paths[0]} already exists, and no export of heatlens wrote it."
     if len(foreign_paths) == 1:

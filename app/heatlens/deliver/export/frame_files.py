@@ -57,6 +57,7 @@ def write_frame(job: ExportJob, frame: RenderedFrame) -> None:
 
 
 def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
+    """Write a rendered frame as EXR, with the channels and header entries to keep."""
     proxy = job.shot.defocus.proxy
     plate_channels, attributes = _plate_channels_to_keep(job, frame)
     write_picture(
@@ -80,6 +81,7 @@ def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
 
 
 def _write_deep(job: ExportJob, frame: RenderedFrame) -> None:
+    """Write a frame before the lens as a deep EXR."""
     plate, planned = frame.plate, frame.planned
     attributes = {
         **plate.attributes,

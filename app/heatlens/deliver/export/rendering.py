@@ -227,6 +227,7 @@ def with_guides(display: FloatImage, guides: Guides, pixel_aspect: float) -> Flo
 
 
 def _no_canvas_message(canvases: tuple[Canvas, ...], display: FloatImage) -> str:
+    """Return the error for framing lines that fit no picture of this shape."""
     known = ", ".join(f"{it.width:g}x{it.height:g}" for it in canvases)
     return (
         f"The framing lines are for canvases of {known}, and none has the shape of a picture of "

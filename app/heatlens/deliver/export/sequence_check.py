@@ -56,6 +56,7 @@ class SequenceCheck:
         )
 
     def _compare_size(self, plate: Plate, usual_window: Box) -> tuple[Remark, ...]:
+        """Return a remark if the display window is not that of earlier frames."""
         window = plate.display_window
         if window == usual_window:
             return ()

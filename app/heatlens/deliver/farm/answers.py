@@ -105,6 +105,7 @@ def unpack_answer(answer: bytes) -> tuple[JsonEntry, bytes]:
 
 
 def _parse_json(line: bytes) -> JsonEntry:
+    """Return the JSON of an answer. Raises InputError for anything else."""
     try:
         return JsonEntry(_ANSWER_NAME, "", json.loads(line, parse_constant=_refuse_constant))
     except (ValueError, RecursionError) as error:

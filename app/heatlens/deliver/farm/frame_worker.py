@@ -78,6 +78,7 @@ def answer_frame(job: FrameJob, solver: SolverName, is_kept: bool) -> bytes:
     worker = library().get_worker()
 
     def render() -> bytes:
+        """Return the packed answer: the picture, or that the task was recalled."""
         picture = _render_frame(job, _filler(solver), worker)
         if picture is None:
             return pack_answer({"recalled": True})

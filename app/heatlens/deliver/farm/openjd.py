@@ -79,6 +79,7 @@ def _step(step: Step, needs: Needs) -> dict[str, object]:
 
 
 def _parameters(parts: Sequence[str]) -> dict[str, object]:
+    """Return the parameter space of a step: the frames of each task."""
     if max(map(len, parts)) > _MOST_CHARACTERS:
         raise InputError("These frames are too irregular for one task. Give a smaller --chunk.")
     frames = {"name": "Frames", "type": "STRING", "range": list(parts)}
@@ -86,6 +87,7 @@ def _parameters(parts: Sequence[str]) -> dict[str, object]:
 
 
 def _script(words: Sequence[Word], needs: Needs) -> dict[str, object]:
+    """Return the requirements of a step on its host, and the command that it runs."""
     amounts = {
         "vcpu": needs.processors,
         **({} if needs.memory_gib is None else {"memory": needs.memory_gib * _MIB_PER_GIB}),

@@ -51,6 +51,7 @@ def slurm_script(job: FarmJob) -> str:
 
 
 def _options(name: str, needs: Needs) -> list[str]:
+    """Return the options of sbatch for the name and the needs of a step."""
     return [
         f"--job-name=heatlens {name}",
         f"--cpus-per-task={needs.processors}",
@@ -72,6 +73,8 @@ def _array_script(step: Step) -> str:
 
 
 def _heatlens_command(words: Sequence[Word]) -> str:
+    """Return the line of the script that runs heatlens with these words."""
+
     def typed(word: Word) -> str:
         return word_text(word, lambda place: f'"$heatlens_{place.name}"', '"$1"', quote)
 

@@ -209,6 +209,7 @@ def is_single(value: object) -> bool:
 
 
 def _check_flag(name: str, value: object) -> bool:
+    """Return a bool, also of NumPy. Raises InputError for anything else."""
     value = _python_scalar(value)
     if not isinstance(value, bool):
         raise _type_error(name, "True or False", value)

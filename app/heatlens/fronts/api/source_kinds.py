@@ -41,6 +41,7 @@ class OnePlate(Source):
         return facts_of(self._plate)
 
     def _load_shot(self, renderer: FrameRenderer, request: RenderRequest) -> tuple[Shot, int]:
+        """Upload the plate; return a shot with the requested lens, and frame 0."""
         if request.frame is not None:
             self._check_frame(request.frame)
         lens = request.lens(self._plate)
@@ -61,6 +62,7 @@ class Plates(Source):
         self._last_plate: tuple[Path, Plate] | None = None
 
     def _load_shot(self, renderer: FrameRenderer, request: RenderRequest) -> tuple[Shot, int]:
+        """Upload the plate of the requested frame; return the shot and that frame."""
         shot_frame = self._frame_to_render(request.frame)
         plate = self._read_plate(self._sequence.path_at(shot_frame))
         shot, doubts = self._shot_with_lens(plate, shot_frame, request)
@@ -82,6 +84,7 @@ class Plates(Source):
         return tuple(frame for frame in frames if is_still or self._sequence.has_file(frame))
 
     def _check_frame(self, frame: int) -> None:
+        """Raise InputError for a frame that the sequence does not have."""
         form = self._sequence.form
         is_one = self._shot is None and self._source.frames is None
         sequence_name = form.text if is_one and form.padding else ""
@@ -139,6 +142,7 @@ class Scene(Source):
         check_within(self._first.shot.frames, self._text, (frame,))
 
     def _facts_at(self, frame: int) -> FrameFacts:
+        """Return the facts of a frame, for which the scene is drawn."""
         lens_at_frame = lens_values(self._first.shot.lens_at(frame)).items()
         lens = {name: value for name, value in lens_at_frame if name not in self._first.assumed}
         shot, renderer = self._first.shot, ENGINE.renderer()
@@ -146,6 +150,7 @@ class Scene(Source):
         return facts_of(renderer.load_pinhole(shot, frame).plate, lens)
 
     def _load_shot(self, renderer: FrameRenderer, request: RenderRequest) -> tuple[Shot, int]:
+        """Upload the scene; return the shot of the request and its frame."""
         first = self._first
         frame = first.frame if request.frame is None else request.frame
         self._check_frame(frame)

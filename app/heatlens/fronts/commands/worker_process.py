@@ -128,6 +128,7 @@ def _descendants(process: int) -> Iterable[int]:
 
 
 def _kill(process: int) -> None:
+    """Kill a process by its number, if it still runs."""
     try:
         os.kill(process, signal.SIGKILL)
     except ProcessLookupError:

@@ -162,6 +162,7 @@ def solver_builds() -> list[Build]:
 
 
 def _strategy_builds(system: LineSystem) -> list[Build]:
+    """Return each solver's shader with the defines that it is built with for a system."""
     lines = SweepSolver.LINES_PER_GROUP
     sweep: Build = (_SWEEP, {"LINES_PER_GROUP": lines, "BLOCK": SweepSolver.BLOCK, "STRIPS": 1})
     all_defines = (PartitionSolver.run_defines(system, *size) for size in _SIZES_PX)

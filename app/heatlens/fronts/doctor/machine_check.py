@@ -91,6 +91,7 @@ def _import_error(module: str) -> str | None:
 
 
 def _version(distribution: str) -> str:
+    """Return the version of an installed distribution, in words if it states none."""
     try:
         return importlib.metadata.version(distribution)
     except importlib.metadata.PackageNotFoundError:
@@ -98,6 +99,7 @@ def _version(distribution: str) -> str:
 
 
 def _system_name() -> str:
+    """Return the operating system, its kernel and the processor's architecture."""
     try:
         name = platform.freedesktop_os_release()["PRETTY_NAME"]
     except (OSError, KeyError):

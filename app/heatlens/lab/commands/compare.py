@@ -128,6 +128,7 @@ def _within(low: float, high: float) -> Callable[[str], float]:
     """Return an argument type for limits within the range of a score."""
 
     def limit(text: str) -> float:
+        """Return the number. Raises ArgumentTypeError outside the range."""
         value = parse_finite(text)
         if not low <= value <= high:
             raise argparse.ArgumentTypeError(f"{text!r} is not between {low:g} and {high:g}")

@@ -182,6 +182,7 @@ def _reference(args: argparse.Namespace, subject: Subject, truth: Picture | None
 def _report(
     args: argparse.Namespace, subject: Subject, methods: tuple[Method, ...], reference: Reference
 ) -> Report:
+    """Render and measure all methods; return the results with all that the page shows."""
     results = measure_all(subject, methods, reference, args.runs, print_messages)
     pictures = [row.pixels for row in results.rows]
     return Report(

@@ -223,6 +223,7 @@ def _cpu_encoder(cpu_processor: Any) -> Callable[[FloatImage], FloatImage]:
     """Return a function that converts light (H, W, 3) by OpenColorIO's processor."""
 
     def encode(light: FloatImage) -> FloatImage:
+        """Return the display values of scene-linear light."""
         display_values = np.array(
             light, np.float32, order="C"
         )  # because the library writes in place

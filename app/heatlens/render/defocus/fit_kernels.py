@@ -79,6 +79,7 @@ def refine_poles(error: DiscError, poles: Complexes) -> Fit:
     count = len(poles)
 
     def error_of(point: Reals) -> tuple[float, Reals]:
+        """Return the error in decibels at a point of the search, and its gradient."""
         poles_here = _poles_at(point, count)
         mix, multipliers = error.best_mix(poles_here)
         value, by_pole, _ = error.evaluate(poles_here, mix)

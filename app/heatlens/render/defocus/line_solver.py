@@ -209,6 +209,7 @@ class SweepSolver(LineSolver):
     BLOCK = 4  # pixels in a block; with 8, programs compile twice as long and gain little
 
     def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
+        """Return the scratch memory for each block of pixels, by storage block."""
         blocks = groups_for(length, self.BLOCK) * system.poles
         return {
             "sweep_value_block": system.value_bytes * blocks,
@@ -216,6 +217,7 @@ class SweepSolver(LineSolver):
         }
 
     def _solve_band(self, band: Band) -> None:
+        """Solve each line in one invocation, forth and back."""
         program = self._program(
             "defocus/solve_sweep.comp.glsl",
             band,
@@ -254,6 +256,7 @@ class PartitionSolver(LineSolver):
         return {"RUN": run_length(length), "PARTS": parts, "IN_PARTS": 1}
 
     def _solve_band(self, band: Band) -> None:
+        """Solve the listed segments of active tiles, several pixels in each invocation."""
         defines = self.run_defines(band.system, band.length, band.count)
         segments = band.tiles.rows if band.axis == "rows" else band.tiles.columns
         self._program("defocus/solve_partition.comp.glsl", band, **defines).dispatch(
@@ -271,6 +274,7 @@ class CyclicSolver(LineSolver):
     name = SolverName.CYCLIC
 
     def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
+        """Return the memory of all unknowns of a line, by storage block."""
         unknowns = length * system.poles  # each has a value and three coefficients
         return {
             "cyclic_value_block": system.value_bytes * unknowns,
@@ -278,6 +282,7 @@ class CyclicSolver(LineSolver):
         }
 
     def _solve_band(self, band: Band) -> None:
+        """Solve the lines by cyclic reduction, one dispatch for each stage."""
         # Pixels at these distances are eliminated in turn, then computed in the opposite order.
         distances = [1 << level for level in range(max(0, (band.length - 1).bit_length()))]
         stages = [("LOAD", 0), *(("REDUCE", distance) for distance in distances), ("SUBSTITUTE", 0)]

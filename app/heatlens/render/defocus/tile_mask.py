@@ -169,6 +169,7 @@ class WholePictures:
         return mask
 
     def _forget(self) -> None:
+        """Release the buffers of all masks."""
         for buffer in self._buffers:
             buffer.release()
         self._buffers.clear()

@@ -225,6 +225,7 @@ class DiskStore:
         return self.folder / f"{key}.frame"
 
     def _delete(self, key: str) -> None:
+        """Delete the file of a picture, and forget its size."""
         with suppress(OSError):
             self._path(key).unlink(missing_ok=True)
         with self._lock:

@@ -124,6 +124,7 @@ class PlateOnGpu:
         factor = np.array([light_scale] * 3 + [1.0], np.float32)
 
         def new_uploaded(pixels: FloatArray) -> Texture:
+            """Return a texture with these pixels."""
             channels = pixels.size // (size[0] * size[1])
             texture = new_texture(self._ctx, size, channels, label="cutout")
             upload(texture, np.ascontiguousarray(pixels, np.float32))

@@ -111,6 +111,7 @@ class PlateSource:
         return tuple(frame for frame in self.sequence.frames if frame in shot.played_frames)
 
     def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:
+        """Raise InputError for frames without a file, if such frames stop the export."""
         if missing != "stop" or self._is_still(shot):
             return
         gaps = [frame for frame in frames if not self.sequence.has_file(frame)]
@@ -148,6 +149,7 @@ class PlateSource:
         read = SequenceReader(options, self.first_file)
 
         def plates() -> Iterator[tuple[int, Plate]]:
+            """Yield each frame with its plate; a missing one is replaced by the previous."""
             for frame in frames:
                 report_progress(f"measuring {mark.name} at frame {frame} of {frames}")
                 shown_frame = sequence.shown_frame(frame, "hold")
@@ -180,6 +182,7 @@ class _PlateLoader:
         self._cache = FrameCache(sequence, read, _PLATES_BYTES, keeps_passed=False)
 
     def load(self, origin: Origin) -> None:
+        """Upload the plate of an origin, or black, unless it is there already."""
         plate, is_black = self._plate_at(origin.frame), origin.is_black
         if (plate, is_black) != self._loaded:
             self._renderer.load(black_plate(plate) if is_black else plate)
@@ -189,6 +192,7 @@ class _PlateLoader:
         self._cache.close()
 
     def _plate_at(self, frame: int) -> Plate:
+        """Return the plate of a frame. Raises InputError if it is damaged or gone."""
         needed_frames = self._sequence.frames
         frames_left = len(needed_frames) - 1 - needed_frames.index(frame)
         # After the last frame the cache would continue with the first, as players do: prevent it.

@@ -98,6 +98,7 @@ class Board:
             self._session.say_error(error)
 
     def _do(self, action: Request | Command | str) -> None:
+        """Do an action. Raises HeatlensError if that is impossible."""
         if isinstance(action, Request):
             action.run(self._session)
         else:
@@ -174,6 +175,7 @@ class Board:
             message.refuse("one of the entries 'do' and 'change' is missing")
 
     def _asked(self, name: str, values: JsonEntry) -> Request | str:
+        """Return the request of a message, or the name of a command."""
         if name in REQUESTS:
             return values.record(REQUESTS[name])
         if name not in self._named:
@@ -187,6 +189,7 @@ class Board:
 
 
 def _changed(now: Changeable, values: JsonEntry) -> Changeable:
+    """Return a copy of the object with the fields that a message gives."""
     hints = get_type_hints(type(now))
     new_values = {
         name: entry.convert(hints[name])

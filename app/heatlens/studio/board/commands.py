@@ -33,6 +33,7 @@ def named_commands(
 
 
 def _file(session: Session) -> Iterator[Command]:
+    """Yield the commands on files, and those on the shots of a reel."""
     files, reel = session.files, session.files.reel
     yield from in_group(
         *("File", "open"),
@@ -52,6 +53,7 @@ def _file(session: Session) -> Iterator[Command]:
 
 
 def _edit(session: Session) -> Iterator[Command]:
+    """Yield undo and redo."""
     editing = session.editing
     yield from in_group(
         *("Edit", "history"),
@@ -74,6 +76,7 @@ def _of_history(
 
 
 def _lens(session: Session, make_still: Callable[[], str | None]) -> Iterator[Command]:
+    """Yield the commands on the lens: rings, focus, looks and settings of the blur."""
     lens, looks = session.lens.commands, session.pictures.looks
     yield from in_group(
         *("Lens", "turn"),
@@ -174,6 +177,7 @@ def _keys(session: Session) -> Iterator[Command]:
 
 
 def _marks(session: Session) -> Iterator[Command]:
+    """Yield the commands on marks and pulls."""
     marks, recording = session.time.marks, session.time.recording
     record = page_command(
         "Record a pull", recording.arm, "Shift+R", barred=lambda: recording.why_not
@@ -188,6 +192,8 @@ def _marks(session: Session) -> Iterator[Command]:
 
 
 def _scene(session: Session) -> Iterator[Command]:
+    """Yield the commands that need the camera of a scene."""
+
     def barred() -> str:
         is_there = session.facts.has_camera
         return "" if is_there else "Only a scene has a camera and objects, and none is open."

@@ -75,6 +75,7 @@ def _view(session: Session) -> Iterator[Command]:
 
 
 def _overlays(session: Session) -> Iterator[Command]:
+    """Yield the switches of focus peaking and of each overlay."""
     toggle = session.pictures.commands.toggle_overlay
     is_on: Callable[[str], bool] = lambda name: session.facts.view.overlay == name  # noqa: E731
     yield from in_group(
@@ -92,6 +93,7 @@ def _overlays(session: Session) -> Iterator[Command]:
 
 
 def _guides(session: Session) -> Iterator[Command]:
+    """Yield the switches of frame masks and guide lines."""
     view, facts = session.pictures.commands, session.facts
     yield from in_group(
         *("View", "mattes"),
@@ -121,6 +123,7 @@ def _guides(session: Session) -> Iterator[Command]:
 
 
 def _compare(session: Session) -> Iterator[Command]:
+    """Yield the commands that compare: side by side, gain, the reference, methods."""
     view, now = session.pictures.commands, session.facts
     is_on: Callable[[Compare], bool] = lambda how: now.view.compare is how  # noqa: E731
     yield from in_group(

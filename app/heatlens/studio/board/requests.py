@@ -71,6 +71,7 @@ class Export(Request):
     frames: str = ""
 
     def run(self, session: Session) -> None:
+        """Begin the export. Raises InputError if nothing is open, or one is running."""
         exports = session.files.exports
         why_not = exports.why_not or ("" if session.source.plate else "Nothing is open to export.")
         if exports.run.is_busy:
@@ -145,6 +146,7 @@ class Pull(Request):
     frames: int
 
     def run(self, session: Session) -> None:
+        """Pull the focus to the mark. Raises InputError for an unknown mark or no frames."""
         marks = session.time.marks
         if session.facts.shot.mark_named(self.mark) is None:
             raise InputError(f"There is no mark {self.mark!r}.")

@@ -170,6 +170,7 @@ def state_of(facts: Facts, commands: tuple[CommandState, ...], picture: int) -> 
 
 
 def _possible_lens(facts: Facts) -> Lens | None:
+    """Return the lens; None if there is none, or it is impossible at this frame."""
     try:
         return facts.lens if facts.has_lens else None
     except HeatlensError:  # between two keys of a long lens and a near focus
@@ -177,6 +178,7 @@ def _possible_lens(facts: Facts) -> Lens | None:
 
 
 def _hyperfocal_m(lens: Lens) -> float | None:
+    """Return the hyperfocal distance; None for an impossible lens."""
     try:
         return hyperfocal_m(lens)
     except HeatlensError:  # between two keys, the lens may be impossible

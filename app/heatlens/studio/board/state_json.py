@@ -38,6 +38,7 @@ class StateJson:
         return self._entries
 
     def _entries_of(self, state: State) -> dict[str, object]:
+        """Return the entries of a state: plain values, and those of a form of their own."""
         values = {name: getattr(state, name) for name in _PLAIN if name not in _OWN}
         plain = {name: to_json(value) for name, value in values.items() if value is not None}
         shape = state.shape
@@ -64,6 +65,7 @@ class StateJson:
 
 
 def _look_entry(look: Look) -> list[object]:
+    """Return name, f-stop, focal length, focus distance and thumbnail of a look."""
     lens = look.lens
     return [
         look.name,

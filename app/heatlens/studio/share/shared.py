@@ -134,6 +134,7 @@ class SharedSession:
         return self.hands.holder
 
     def _follow_message(self, board: Board, message: _PageMessage) -> None:
+        """Do what a message of a page asks, if that page may turn the lens now."""
         board.check_remote(message.message)
         if board.turns_lens(message.message) and not self.hands.try_take(message.hand):
             raise InputError(f"{self.hands.holder or 'Another hand'} has the lens.".capitalize())

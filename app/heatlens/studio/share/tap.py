@@ -69,6 +69,7 @@ class PictureComposer:
         return pixels[::-1]
 
     def _target_of_size(self, size: tuple[int, int]) -> Framebuffer:
+        """Return the framebuffer, made anew if its size changes."""
         if self._target is None or self._target.size != size:
             self.release()
             self._target = self._ctx.framebuffer([self._ctx.texture(size, 4)])

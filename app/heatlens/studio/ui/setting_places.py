@@ -122,6 +122,7 @@ def settings(
     def value_action(
         name: str, current: Callable[[], Changeable], field: str = "", **values: object
     ) -> Command:
+        """Return a command that sets one field of the lens, blur or view."""
         return Command(
             f"Set {name}", lambda: board.choose(_with_values(current(), field, values)), menu=_MENU
         )

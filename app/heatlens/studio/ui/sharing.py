@@ -53,6 +53,7 @@ class WindowSharing:
         """Give the picture of the window to the pages."""
 
         def shared_picture() -> DisplayedPicture | None:
+            """Return what the window shows, for pages."""
             if pictures is None:
                 return None
             windows = pictures.data_window, pictures.display_window

@@ -56,6 +56,7 @@ def fit_text(
     """
 
     def cut_to(letter_count: int) -> str:
+        """Return the text with only so many letters, and dots for the others."""
         return (
             f"...{text[len(text) - letter_count :]}"
             if keeps_end

@@ -27,6 +27,7 @@ def _dialog(ui: UiState, name: str, purpose: str, key: str = "", before: str = "
 
 
 def _file(ui: UiState) -> Iterator[Command]:
+    """Yield the commands that open file dialogs, and those on sharing and quitting."""
     dialog = partial(_dialog, ui)
     yield from in_group(
         *("File", "open"),
@@ -69,6 +70,7 @@ def _boxes(ui: UiState) -> Iterator[Command]:
 
 
 def _interface(ui: UiState) -> Iterator[Command]:
+    """Yield the commands on the size and colors of the interface."""
     scale, theme = ui.scale, ui.theme
     yield from in_group(
         *("View", "size"),
@@ -112,6 +114,7 @@ def _switch(ui: UiState, name: str, flag: str, key: str = "", is_alone: bool = F
 
 
 def _help(ui: UiState) -> Iterator[Command]:
+    """Yield the commands that find other commands."""
     yield from in_group(
         *("Help", "help"),
         Command("Find a command...", ui.palette.open, "Ctrl+Shift+P"),

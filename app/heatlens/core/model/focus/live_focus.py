@@ -132,6 +132,7 @@ class LiveFocus:
             raise InputError("The marks that are followed must all be measured at the same frames.")
 
     def _check_pursuits(self) -> None:
+        """Raise InputError unless each pull starts after the one before it has arrived."""
         if not self.pursuits or self.pursuits[0].start_frame is not None:
             raise InputError("A focus that follows begins with a mark, without a start frame.")
         for before, after in pairwise(self.pursuits):

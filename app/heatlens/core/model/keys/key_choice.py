@@ -117,6 +117,7 @@ def interpolate_keys(shot: Shot, selection: KeySelection, interpolation: Interpo
     """Set the interpolation after each chosen key; a Bezier keeps the shape of the curve."""
 
     def change(curve: Curve, frames: Collection[float]) -> Curve:
+        """Return the curve with the interpolation set after its keys at `frames`."""
         for frame in frames:
             if interpolation is _BEZIER:
                 curve = curve.with_handles(frame)
@@ -132,6 +133,7 @@ def ease_keys(shot: Shot, selection: KeySelection, influence_percent: float, is_
     """Set the influence of the outgoing (`is_out`) or incoming handles, as Bezier segments."""
 
     def change(curve: Curve, frames: Collection[float]) -> Curve:
+        """Return the curve with the influence set at its keys at `frames`."""
         for frame in frames:
             curve = _with_bezier(curve, frame, is_out)
             key = curve.key_at(frame)

@@ -47,6 +47,7 @@ class LensModel(StrEnum):
 
     @property
     def facts(self) -> LensModelFacts:
+        """The label and meaning of the model, and whether the sensor moves for focusing."""
         match self:
             case LensModel.PHOTOGRAPHIC:
                 meaning = "discs of a real lens of this f-stop on the film back"

@@ -154,6 +154,7 @@ class MatteMark(Mark):
 
     @classmethod
     def parse(cls, name: str, text: str) -> Self:
+        """Return the mark of "MATTE" or "nearest:MATTE"."""
         part, colon, matte = text.partition(":")
         if part + colon == f"{MattePart.NEAREST}:":
             return cls(name, matte, MattePart.NEAREST)

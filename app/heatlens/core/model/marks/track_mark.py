@@ -71,6 +71,7 @@ class TrackMark(Mark):
 
     @classmethod
     def parse(cls, name: str, text: str) -> Self:
+        """Return the mark of "X,Y@FRAME", or of several clicks with "/" between."""
         matches = [_CLICK.fullmatch(part) for part in text.split("/")]
         if None in matches:
             raise InputError(
@@ -84,6 +85,7 @@ class TrackMark(Mark):
         )
 
     def location_words(self, distance: Callable[[float], str]) -> str:
+        """Return the pixel and frame of each click as text."""
         clicks = " and ".join(
             f"{click.x_px:g},{click.y_px:g} at {click.frame}" for click in self.clicks
         )

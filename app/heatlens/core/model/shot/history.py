@@ -108,6 +108,7 @@ def _changed_lens_names(before: Shot, after: Shot) -> list[str]:
 
 
 def _changed_blur_names(before: Shot, after: Shot) -> list[str]:
+    """Return the names of the blur settings that differ between two shots."""
     options = options_of(DefocusSettings)
     return [
         _field_words(name, options) for name in _differing_fields(before.defocus, after.defocus)
@@ -115,6 +116,7 @@ def _changed_blur_names(before: Shot, after: Shot) -> list[str]:
 
 
 def _changed_curve_names(before: Shot, after: Shot) -> list[str]:
+    """Return the names of the key rows that differ between two shots."""
     is_live_changed = before.curves.live != after.curves.live
     live_names = ["what the focus follows"] if is_live_changed else []
     return live_names + [

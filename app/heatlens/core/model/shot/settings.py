@@ -56,6 +56,7 @@ class Method(StrEnum):
 
     @property
     def facts(self) -> MethodFacts:
+        """What the method does and needs, for help texts and refusals."""
         match self:
             case Method.DIFFUSION:
                 return MethodFacts("layered diffusion (see --bokeh, --quality, --layers)")

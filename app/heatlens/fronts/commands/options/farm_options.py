@@ -122,6 +122,7 @@ def make_renderer_function(
     """Return a function that makes a renderer, and compares its program with `--expect`."""
 
     def make_renderer() -> FrameRenderer:
+        """Return a renderer; compare its program with the expected one first."""
         renderer = headless_renderer()
         program = f"{__version__}/{renderer.ctx.name}"
         _compare_programs(args.expect or "", program, plan.job.shot.plate_options.strict)

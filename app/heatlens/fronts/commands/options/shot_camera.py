@@ -135,6 +135,7 @@ def _range_text(name: str, least: float, most: float) -> str:
 
 
 def _key_count_text(shot: Shot, name: str) -> str:
+    """Return the number of keys of a lens value in brackets, or ""."""
     if name not in list(LensParameter):
         return ""
     count = len(shot.curves.of(LensParameter(name)).keys)

@@ -103,6 +103,7 @@ def _report_as_json(plan: ExportPlan, tally: Tally) -> Iterator[ReportFrame]:
     _print_json(event="begin", output=output, frames=tally.count)
 
     def report(done: FrameDone) -> None:
+        """Print a finished frame as one line of JSON."""
         tally.add(done)
         state = "finished before" if done.was_there else "written"
         left_s = None if tally.left_s is None else round(tally.left_s, 1)

@@ -145,6 +145,7 @@ def view_progress(shot: Shot, stream: TextIO | None = None) -> Iterator[Callable
     with _timed_line(stream) as write:
 
         def report_step(name: str) -> None:
+            """Print the views that are done, and the time that the others will take."""
             nonlocal done_views
             done_views += name in _VIEW_STEPS
             views = max(shot.defocus.views, done_views)
@@ -176,6 +177,7 @@ def _timed_line(stream: TextIO | None) -> Iterator[WriteLine]:
     with progress_line(stream) as show:
 
         def write(text: Callable[[float], str], wait: Callable[[], None] = lambda: None) -> None:
+            """Show a text, made of the seconds so far, unless one was shown just before."""
             nonlocal last
             if time.perf_counter() - last < _UPDATE_INTERVAL_S:
                 return

@@ -83,6 +83,7 @@ def shot_timecodes(shot: Shot, first: int) -> Callable[[int], Timecode | None]:
     rate = shot.frames_per_second
 
     def timecode_at(frame: int) -> Timecode | None:
+        """Return the timecode of a frame, counted on from that of the first plate."""
         plate_timecode = (
             None
             if first_timecode_of_plate is None

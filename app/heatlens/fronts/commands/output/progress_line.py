@@ -90,6 +90,7 @@ def paced_progress(
     with progress_line() as show:
 
         def print_time_if_much_longer() -> None:
+            """Print the expected time again if it has grown a lot."""
             nonlocal printed_s
             if pace.whole_s > _MUCH_LONGER_FACTOR * printed_s + _MUCH_LONGER_S:
                 printed_s = pace.whole_s

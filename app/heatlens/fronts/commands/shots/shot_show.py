@@ -150,6 +150,7 @@ def _optional_rows(shot: Shot, unit: str) -> Iterator[tuple[str, str]]:
 
 
 def _key_rows(shot: Shot, unit: str) -> list[Row]:
+    """Return a row of the table for each key: parameter, frame, value, interpolation."""
     return [
         (
             parameter.words,
@@ -166,6 +167,7 @@ _LENS_HEAD = ("frame", "focus", "f-stop", "focal length", "squeeze", "sharp from
 
 
 def _lens_row(frame: int | None, lens: Lens, unit: str) -> Row:
+    """Return a row: frame, focus, f-stop, focal length, squeeze, and the sharp range."""
     return (
         "any" if frame is None else str(frame),
         _distance_text(as_measured_m(lens, lens.focus_distance_m), unit),

@@ -53,6 +53,7 @@ def _key_hint(text: str) -> str:
 
 
 def _key_error(text: str, hint: str = "") -> InputError:
+    """Return the error for a text that is no key, with how one is written."""
     return InputError(
         f"--key takes PARAMETER@FRAME=VALUE, such as focus@1001=6'3\" or f-stop@1010=2.8:linear; "
         f"parameters are {', '.join(PARAMETER_BY_NAME)}; paths are {', '.join(Interpolation)}; "

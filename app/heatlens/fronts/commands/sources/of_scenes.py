@@ -106,6 +106,7 @@ def scene_facts(first: FirstShot) -> Facts:
 
 
 def _camera_facts(camera: SceneCamera) -> Facts:
+    """Return what `info --json` tells about a camera of the scene."""
     return {
         "name": camera.name,
         "focal_length_mm": camera.focal_length_mm,

@@ -191,6 +191,7 @@ def _time_figure(times: MethodReport) -> "Figure":
 
 
 def _three_panel_figure(times: MethodReport, errors: ErrorReport) -> "Figure":
+    """Return the charts of time, of error, and of one against the other."""
     figure = new_figure(13, 9)
     panels = figure.subplot_mosaic([["time", "error"], ["trade", "trade"]])
     time_panel(panels["time"], times)

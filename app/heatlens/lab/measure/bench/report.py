@@ -131,6 +131,7 @@ def report_text(report: BenchReport) -> str:
 
 
 def _frame_head(frame: FrameReport) -> str:
+    """Return the machine, the size and the settings of a measured frame, in two lines."""
     clock = (
         "a software rasteriser: passes are timed by wall clock around glFinish"
         if frame.is_software
@@ -176,6 +177,7 @@ def _frame_line(frame: FrameReport) -> str:
 
 
 def _coc_table(rows: tuple[CocRow, ...]) -> str:
+    """Return the times by circle of confusion as a table."""
     lines = [
         "circle of confusion   one layer        layered                  scene, this its largest",
         "                px       ms  ratio         ms  ratio  layers         ms  ratio  layers",
@@ -190,6 +192,7 @@ def _coc_table(rows: tuple[CocRow, ...]) -> str:
 
 
 def _size_table(rows: tuple[SizeRow, ...]) -> str:
+    """Return the times by picture size as a table."""
     lines = [
         "size              one layer             layered",
         "                       ms  ratio/px          ms  ratio/px  layers",

@@ -248,6 +248,7 @@ def report_numbers(report: Report) -> dict[str, object]:
 
 
 def _row(row: Row) -> dict[str, object]:
+    """Return the results of a method as JSON entries."""
     return {
         "method": str(row.method),
         "detail": row.detail,

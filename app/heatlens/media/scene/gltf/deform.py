@@ -90,6 +90,7 @@ class Targets:
             return mesh
 
         def weighted_sum(shapes: Floats | None) -> Floats | float:
+            """Return the sum of the shapes by their weights; 0 if there are none."""
             return (
                 0.0
                 if shapes is None

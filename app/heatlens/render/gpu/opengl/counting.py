@@ -48,6 +48,7 @@ def _counting_context(ctx: moderngl.Context, counts: Counter[str]) -> moderngl.C
     def framebuffer(
         colors: object, depth: moderngl.Renderbuffer | moderngl.Texture | None
     ) -> object:
+        """Return a framebuffer that counts its clears."""
         return _replace_methods(
             ctx.framebuffer(colors, depth), ("clear",), _counter(counts, "clear")
         )

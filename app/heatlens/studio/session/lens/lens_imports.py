@@ -61,6 +61,7 @@ def camera_import(shared: Shared) -> _Import[CameraSamples]:
     """Return the import of the lens of a camera file, with keys for what moves."""
 
     def apply_camera(camera: CameraSamples, path: Path) -> tuple[Shot, str]:
+        """Return the shot with the camera's lens, and a sentence on it."""
         shot = shared.editing.shot
         start = shared.source.timecode_at(shot, shared.editing.frame)
         camera = match_by_timecode(camera, start, shot.frames_per_second, shot.span)

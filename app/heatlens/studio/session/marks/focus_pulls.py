@@ -146,6 +146,7 @@ class FocusPulls(Commands):
         marks_at_frames = ((target, self.arrival),) + (() if origin is None else ((origin, start),))
 
         def pull(focus_m: tuple[float, ...]) -> None:
+            """Set the keys of the pull, now that the distances of its marks are known."""
             to_m, from_m = focus_m[0], (*focus_m, current_focus_m)[1]
             shot = self._editing.shot
             self._editing.do(shaped_pull(shot, from_m, to_m, start, frames, shape, ease))

@@ -49,6 +49,7 @@ class MarkAnchors(Commands):
         return mark if stands_still(self._plates_in_memory(), mark, lens) else point
 
     def _plates_in_memory(self) -> Iterator[Plate]:
+        """Yield the plates of the sequence that are in the cache."""
         cache, frames = self._timeline.cache, self._timeline.frames
         for frame in () if cache is None or frames is None else frames:
             if cache is not None and isinstance(plate := cache.get(frame), Plate):

@@ -225,6 +225,7 @@ class MarkDistances(Commands, Worker):
             self.forget_read_distances()
 
     def _unknown(self, mark_frames: tuple[MarkFrame, ...]) -> list[MarkFrame]:
+        """Return the marks and frames whose distance is not known yet."""
         return [
             mark_frame
             for mark_frame in mark_frames

@@ -211,6 +211,7 @@ class SceneFeed(PictureFeed):
             self.show(shot, Playhead(frame, is_playing=self._is_playing))
 
     def refine(self, slice_s: float) -> None:
+        """Go on drawing the scene more finely for `slice_s` seconds."""
         if self.is_whole:
             return
         was_good = self.is_good

@@ -255,6 +255,7 @@ class AheadJobs(Commands):
             return None
 
         def make() -> FrameJob:
+            """Return the job. Raises InputError if the frame has no file."""
             frame_files = stamp_files(opened.files_at(frame, missing))
             if not (frame_files or opened.stamps or self._renderer.has_many_views):
                 raise InputError(f"Frame {frame} has no file.")

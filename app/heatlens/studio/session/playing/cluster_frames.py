@@ -198,6 +198,7 @@ class WholePictures(RemoteRenderer):
         return self._is_requested and self._cluster.is_whole_pending
 
     def steps(self, shot: Shot, frame: int, slot: int) -> Steps[Texture] | None:
+        """Request the picture from a worker; return steps that wait for it, or None."""
         if shot.defocus.method.needs_scene or not self._cluster.request_whole(shot, frame):
             return None
         self._is_requested = True

@@ -69,6 +69,7 @@ def curve_editor(
     def move(
         shot: Shot, selection: KeySelection, frames: int, up: float
     ) -> tuple[Shot, KeySelection]:
+        """Return the shot and selection with the keys moved by `frames` and up by pixels."""
         level_change = up / heights.px_per_level if abs(up) > _MIN_DRAG_PX else 0.0
         return move_keys(raise_keys(shot, selection, axis, level_change), selection, frames)
 

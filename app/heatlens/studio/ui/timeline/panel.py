@@ -248,6 +248,7 @@ def _ease_field(desk: TimeDesk, keys: Sequence[Key], name: str, is_out: bool) ->
 
 
 def _selection_note(desk: TimeDesk) -> str:
+    """Return how many keys are selected, in words."""
     count = len(desk.keys.selection)
     if count:
         return f"{count} key{'s' * (count > 1)} selected"

@@ -93,6 +93,7 @@ def text_tool(text: str, rank: int, name: str = "", tip: str = "", is_dim: bool 
     """Return a text for the row, known to `probe` by `name` or by its words."""
 
     def draw() -> None:
+        """Draw the text with its tooltip."""
         imgui.align_text_to_frame_padding()
         (imgui.text_disabled if is_dim else imgui.text)(text)
         probe.note(name or text)
