@@ -3,10 +3,15 @@
 import os
 import signal
 import subprocess
+import sys
+import threading
+import time
+from types import SimpleNamespace
 
 import pytest
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.last_words import StderrTail
 from heatlens.deliver.farm import processes
 from heatlens.media.documents.shot_file import write_shot
 from support.dask_cluster import HEATLENS, children_of, wait_for
@@ -49,6 +54,34 @@ def test_processes_divide_llvmpipe_threads_among_them(
         monkeypatch.setenv("LP_NUM_THREADS", thread_count)
     with processes.start_process(["export"], count=count) as process:
         assert process.communicate()[0] == f"{expected}\n"
+
+
+def test_readers_of_processes_have_ended_when_export_ends(monkeypatch, tmp_path):
+    """A reader that begins late, on a busy machine, would read a pipe that is closed."""
+    event = '{"event": "frame", "frame": 1, "state": "written"}'
+    script = f"print('{event}', flush=True); import time; time.sleep(60)"
+
+    def start(words, count):
+        return subprocess.Popen(
+            [sys.executable, "-c", script],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    read = StderrTail._read
+
+    def read_late(self, process):
+        time.sleep(0.3)
+        read(self, process)
+
+    monkeypatch.setattr(StderrTail, "_read", read_late)
+    monkeypatch.setattr(processes, "start_process", start)
+    planned = SimpleNamespace(frame=1, path=tmp_path / "n.1.exr")
+    frames = processes.ProcessMaker(["export"], 1, print)([planned])
+    assert next(frames).frame == 1
+    frames.close()
+    assert not [it.name for it in threading.enumerate() if "(_read" in it.name]
 
 
 def test_export_passes_process_count_to_each_process(capsys, shot_file, tmp_path, monkeypatch):

@@ -68,14 +68,15 @@ class ProcessMaker:
 
     def _follow(self, cleanup: ExitStack, process: "subprocess.Popen[str]") -> None:
         """Read the events of a process on a thread; `cleanup` stops the process at its end."""
-        cleanup.enter_context(process)
+        reader = Thread(target=self._read_events, args=(process, StderrTail(process)), daemon=True)
+        reader.start()
+        cleanup.enter_context(process)  # closes the pipes, so the thread has to end before it
+        cleanup.callback(reader.join, 2.0 * PATIENCE_S)
         cleanup.callback(stop, process)
-        Thread(target=self._read_events, args=(process,), daemon=True).start()
 
-    def _read_events(self, process: "subprocess.Popen[str]") -> None:
+    def _read_events(self, process: "subprocess.Popen[str]", last_words: StderrTail) -> None:
         """Pass on the events of a process, and its end; runs on a thread."""
         assert process.stdout is not None
-        last_words = StderrTail(process)
         for line in process.stdout:
             if (event := event_in(line)) is not None:
                 self._events.put(event)
