@@ -5,7 +5,7 @@
 // Output
 //   out_coc_img  r diameter in pixels, negative in front of the focus plane, at most COC_MOST_PX either way
 
-#include "lib/coc.lib.glsl"
+#include "lib/coc.lib.glsl"  // coc_of
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -13,9 +13,9 @@
 //   out_color_img   rgb of the picture so far: before the pass the layers behind (with MIXED: the layers behind
 //                   and the larger size of this one), after it with this layer too; a 1
 
-#include "lib/over.lib.glsl"
-#include "lib/tile_list.lib.glsl"
-#include "lib/tile_mask.lib.glsl"
+#include "lib/over.lib.glsl"  // composite_over
+#include "lib/tile_list.lib.glsl"  // FOR_EACH_TILE
+#include "lib/tile_mask.lib.glsl"  // is_active
 
 layout(local_size_x = TILE, local_size_y = TILE) in;
 

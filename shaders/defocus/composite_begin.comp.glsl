@@ -6,7 +6,7 @@
 // Output
 //   out_color_img   rgb 0, a 1 outside the active tiles
 
-#include "lib/tile_mask.lib.glsl"
+#include "lib/tile_mask.lib.glsl"  // is_tile_active
 
 layout(local_size_x = TILE, local_size_y = TILE) in;
 

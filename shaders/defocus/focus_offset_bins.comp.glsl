@@ -9,9 +9,9 @@
 // Output
 //   count_buf   surfaces in each bin; zeros before the pass
 
-#include "lib/focus_offset.lib.glsl"
+#include "lib/focus_offset.lib.glsl"  // focus_offset_at
 #ifdef LISTS
-#include "lib/fragment_list.lib.glsl"
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of
 #endif
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;

@@ -12,7 +12,7 @@
 //   sum_img      rgba times weight, summed so far; after the last rows of the disc the blurred picture
 //   weight_img   r sum of the weights so far; with SHAPED rgb, one sum for each color
 
-#include "lib/aperture.lib.glsl"
+#include "lib/aperture.lib.glsl"  // Cover, aperture_coverage, aperture_reach, is_one_pixel, times, most_of
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -10,8 +10,8 @@
 // Outputs
 //   start_buf, fragment_buf   see lib/fragment_list.lib.glsl
 
-#include "lib/fragment_words.lib.glsl"
-#include "lib/guess_levels.lib.glsl"
+#include "lib/fragment_words.lib.glsl"  // WORDS, fragment_words
+#include "lib/guess_levels.lib.glsl"  // is_known, coarser_at
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

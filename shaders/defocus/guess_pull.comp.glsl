@@ -29,7 +29,7 @@ vec4 finer_at(ivec2 at) {
     return coc > cut_px ? vec4(texelFetch(color_tx, at, 0).rgb, coc) : vec4(0.0);
 }
 #else
-#include "lib/guess_levels.lib.glsl"
+#include "lib/guess_levels.lib.glsl"  // levels_tx
 
 uniform ivec4 finer_rect;  // corner and size of the finer level
 

@@ -6,7 +6,7 @@
 // In and out
 //   levels_img   the same pyramid: rgb color and a coc of the level at `rect`
 
-#include "lib/guess_levels.lib.glsl"
+#include "lib/guess_levels.lib.glsl"  // is_known, coarser_at
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

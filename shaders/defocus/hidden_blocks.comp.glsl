@@ -17,10 +17,10 @@
 //   out_cost_img   -1 in blocks with hidden pixels and in those beside them, one texel a block
 //   out_match_img  with MATCHED, the same
 
-#include "lib/hidden.lib.glsl"
-#include "lib/hidden_block.lib.glsl"
-#include "lib/pixel_list.lib.glsl"
-#include "lib/tile_mask.lib.glsl"
+#include "lib/hidden.lib.glsl"  // line_of, position_of, words_per_line, first_word
+#include "lib/hidden_block.lib.glsl"  // MARK_WHOLE, neighbor_block, layer_size
+#include "lib/pixel_list.lib.glsl"  // FOR_EACH_LISTED
+#include "lib/tile_mask.lib.glsl"  // is_active
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 

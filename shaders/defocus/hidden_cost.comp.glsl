@@ -18,9 +18,9 @@
 //   output   out_match_img  rgb logarithm of the ratio of visible to listed brightness on the same surface, just
 //                           beyond its end; a its confidence, -1 where it was not measured
 
-#include "lib/hidden_block.lib.glsl"
-#include "lib/visible_bits.lib.glsl"
-#include "lib/tone.lib.glsl"
+#include "lib/hidden_block.lib.glsl"  // layer_size
+#include "lib/visible_bits.lib.glsl"  // is_visible, is_beyond_reach, ends_of
+#include "lib/tone.lib.glsl"  // compress_light
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
@@ -58,7 +58,7 @@ float difference(ivec2 at, int k, ivec2 ends, int taps) {
 }
 
 #ifdef MATCHED
-#include "lib/match.lib.glsl"
+#include "lib/match.lib.glsl"  // match_of, out_match_img
 #endif
 
 // Measures the block of a listed pixel, from that pixel.

@@ -13,9 +13,9 @@
 //   row_buf      the same for each row of blocks: 0
 //   plan         0 in its sums
 
-#include "lib/highlights.lib.glsl"
-#include "lib/lit_bits.lib.glsl"
-#include "lib/pixel_list.lib.glsl"
+#include "lib/highlights.lib.glsl"  // Plan, tally_index, row_index
+#include "lib/lit_bits.lib.glsl"  // lit_word, lit_buf
+#include "lib/pixel_list.lib.glsl"  // list_append
 
 layout(local_size_x = HIGHLIGHT_GROUP, local_size_y = HIGHLIGHT_GROUP) in;
 

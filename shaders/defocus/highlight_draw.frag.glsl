@@ -17,12 +17,12 @@
 //   out_light         rgb light of the highlight in the pixel, to be added to the picture; a 0
 
 #define SOFT_RIM
-#include "lib/aperture.lib.glsl"
+#include "lib/aperture.lib.glsl"  // Cover, most_of
 #ifdef LISTS
-#include "lib/fragment_list.lib.glsl"
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of
 #endif
-#include "lib/kind.lib.glsl"
-#include "lib/pixel_cover.lib.glsl"
+#include "lib/kind.lib.glsl"  // FAR_EDGE, LISTED
+#include "lib/pixel_cover.lib.glsl"  // pixel_coverage
 
 flat in vec4 disc;  // center x, y in pixels; signed coc; half the width of the rim's ramp
 flat in vec3 light;

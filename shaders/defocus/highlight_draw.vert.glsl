@@ -9,7 +9,7 @@
 //   disc, light         the same as in_disc and the rgb of in_light
 //   may_meet_px          least coc that a ray may meet
 
-#include "lib/aperture.lib.glsl"
+#include "lib/aperture.lib.glsl"  // aperture_reach
 
 in vec4 in_disc;   // center x, y in pixels; signed coc; half the width of the rim's ramp
 in vec4 in_light;  // rgb of a pixel wholly inside

@@ -17,10 +17,10 @@
 //   lit_buf           0, for highlight_split.comp.glsl (lib/lit_bits.lib.glsl)
 
 #ifdef LISTS
-#include "lib/fragment_list.lib.glsl"
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of
 #endif
-#include "lib/highlight_limit.lib.glsl"
-#include "lib/lit_bits.lib.glsl"
+#include "lib/highlight_limit.lib.glsl"  // surface_share
+#include "lib/lit_bits.lib.glsl"  // lit_word, lit_buf
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

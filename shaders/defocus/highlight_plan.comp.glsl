@@ -10,7 +10,7 @@
 //             and the workgroups of highlight_restore.comp.glsl
 //   row_buf   for the chosen level, before: number of sprites of each row of blocks; after: of all rows before it
 
-#include "lib/highlights.lib.glsl"
+#include "lib/highlights.lib.glsl"  // Plan, row_index
 
 #define WORKERS 256
 layout(local_size_x = WORKERS) in;

@@ -15,7 +15,7 @@
 //   diffuse_fragment_buf  with LISTS: the fragments, with their light restored
 
 #ifdef LISTS
-#include "lib/fragment_list.lib.glsl"
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_buf
 layout(std430) writeonly buffer diffuse_fragment_block { uint diffuse_fragment_buf[]; };
 uniform sampler2D coc_tx;
 
@@ -28,8 +28,8 @@ bool restore_list(ivec2 at, float highlight_coc) {
 }
 #endif
 
-#include "lib/highlights.lib.glsl"
-#include "lib/lit_bits.lib.glsl"
+#include "lib/highlights.lib.glsl"  // Plan, tally_index
+#include "lib/lit_bits.lib.glsl"  // is_lit
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -22,11 +22,11 @@
 //   sprite_buf         the sprites
 
 #define SOFT_RIM
-#include "lib/aperture.lib.glsl"
-#include "lib/highlights.lib.glsl"
-#include "lib/lit_bits.lib.glsl"
-#include "lib/pixel_cover.lib.glsl"
-#include "lib/pixel_list.lib.glsl"
+#include "lib/aperture.lib.glsl"  // Cover, aperture_reach, aperture_least_reach, aperture_light
+#include "lib/highlights.lib.glsl"  // AREA_UNITS, Sprite, Plan, tally_index, row_index, MERGE_SHARE, SURFACE_SHARE
+#include "lib/lit_bits.lib.glsl"  // is_lit
+#include "lib/pixel_cover.lib.glsl"  // pixel_coverage
+#include "lib/pixel_list.lib.glsl"  // FOR_EACH_LISTED
 
 #ifndef LEVELS_AT_ONCE
 #define LEVELS_AT_ONCE 1

@@ -10,7 +10,7 @@
 //
 // A line is a row or column of tiles here, except where it says line of pixels.
 
-#include "lib/line_segment.lib.glsl"
+#include "lib/line_segment.lib.glsl"  // runs_in, lines_at_once
 
 #define LIST_HEAD 4         // words before the segments
 #define GROUPS_ACROSS 32768u // workgroups side by side; OpenGL promises 65535

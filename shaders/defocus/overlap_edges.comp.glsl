@@ -12,7 +12,7 @@
 //                  edge is in the block: r reach of the edges of wide surfaces, g of edges of surfaces so thin that
 //                  layers are more accurate there
 
-#include "lib/part_surfaces.lib.glsl"
+#include "lib/part_surfaces.lib.glsl"  // first_coc_at, least_px
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -13,10 +13,10 @@
 //             (x, y). There is one row and one column of cells more than there are of pixels
 //   lib/part_link.lib.glsl   the links of the lists, in any order; part_order.comp.glsl puts them in order
 
-#include "lib/surface_numbers.lib.glsl"
-#include "lib/lens_part.lib.glsl"
-#include "lib/part_link.lib.glsl"
-#include "lib/tile_mask.lib.glsl"
+#include "lib/surface_numbers.lib.glsl"  // front_index, mixed_index, surface_number
+#include "lib/lens_part.lib.glsl"  // lens_part_at
+#include "lib/part_link.lib.glsl"  // write_link
+#include "lib/tile_mask.lib.glsl"  // is_active
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

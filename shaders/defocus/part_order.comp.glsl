@@ -4,7 +4,7 @@
 // In and out
 //   head_buf, lib/part_link.lib.glsl   the lists of part_links.comp.glsl, in any order, then in this one
 
-#include "lib/part_link.lib.glsl"
+#include "lib/part_link.lib.glsl"  // next_link, link_coc, set_next_link
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

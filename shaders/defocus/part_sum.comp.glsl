@@ -11,8 +11,8 @@
 //   sum_img   rgba, the sum of the views times their share of the light (read and written)
 //   head_buf  0 for all cells; it has one row and one column more than the picture
 
-#include "lib/lens_part.lib.glsl"
-#include "lib/tile_mask.lib.glsl"
+#include "lib/lens_part.lib.glsl"  // lens_part_at
+#include "lib/tile_mask.lib.glsl"  // is_active
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

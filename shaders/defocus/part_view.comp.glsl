@@ -17,10 +17,10 @@
 //   out_front_img        ALL_DEPTHS: rgb times coverage, a coverage of what is in front of the focus
 //   out_front_state_img  ALL_DEPTHS: r diameter of the part's disc there, g coverage
 
-#include "lib/surface_numbers.lib.glsl"
-#include "lib/lens_part.lib.glsl"
-#include "lib/part_link.lib.glsl"
-#include "lib/tile_mask.lib.glsl"
+#include "lib/surface_numbers.lib.glsl"  // surface_number
+#include "lib/lens_part.lib.glsl"  // lens_part_at
+#include "lib/part_link.lib.glsl"  // next_link, link_offset, link_coc
+#include "lib/tile_mask.lib.glsl"  // is_active
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -12,8 +12,8 @@
 //   out_positions_img  with POSITIONS, of highlights only, else 0: rg position of the light from the pixel's middle, b
 //                      its variance along an axis, in pixels of the smaller size (highlight_sprites.comp.glsl)
 
-#include "lib/footprint.lib.glsl"
-#include "lib/highlight_limit.lib.glsl"
+#include "lib/footprint.lib.glsl"  // Footprint, footprint_of, center_of, share_in
+#include "lib/highlight_limit.lib.glsl"  // LEAST_LUMINANCE, limit_of
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -24,8 +24,8 @@
 // Output without COUNT
 //   proxy_fragment_buf   the fragments, packed as in fragment_buf
 
-#include "lib/footprint.lib.glsl"
-#include "lib/fragment_list.lib.glsl"
+#include "lib/footprint.lib.glsl"  // Footprint, footprint_of, share_in
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

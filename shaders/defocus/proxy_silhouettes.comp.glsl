@@ -16,8 +16,8 @@
 //   proxy_fragment_buf   the fragments, packed as in fragment_buf (lib/fragment_list.lib.glsl)
 //   depth_img            r meters of the near surface, where there is a list, of the smaller picture
 
-#include "lib/footprint.lib.glsl"
-#include "lib/fragment_words.lib.glsl"
+#include "lib/footprint.lib.glsl"  // Footprint, footprint_of, share_in
+#include "lib/fragment_words.lib.glsl"  // WORDS, fragment_words
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -13,7 +13,7 @@
 // Output
 //   out_color_img  rgba, blurred
 
-#include "lib/aperture.lib.glsl"
+#include "lib/aperture.lib.glsl"  // aperture_variances
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

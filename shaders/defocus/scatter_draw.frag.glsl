@@ -9,7 +9,7 @@
 // red, green and blue, which differ where the lens has axial color. For both types times() multiplies an rgba by a
 // share, and most_of() and green_of() return its largest component and green.
 
-#include "lib/aperture.lib.glsl"
+#include "lib/aperture.lib.glsl"  // Cover, aperture_coverage, times, most_of, green_of
 
 flat in vec2 center;
 flat in float radius;

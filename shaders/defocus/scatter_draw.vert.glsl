@@ -8,7 +8,7 @@
 // Outputs (see below)
 //   center, radius, share, color
 
-#include "lib/aperture.lib.glsl"
+#include "lib/aperture.lib.glsl"  // Cover, aperture_coverage, aperture_reach, aperture_light, is_one_pixel
 
 in uint in_pixel;  // y * width + x
 

@@ -23,9 +23,9 @@
 
 #include SYSTEM
 #ifndef Link
-#include "lib/one_part.lib.glsl"
+#include "lib/one_part.lib.glsl"  // Link, link_at, input_at, source, add_pole, store
 #endif
-#include "lib/line_segment.lib.glsl"
+#include "lib/line_segment.lib.glsl"  // runs_in, lines_at_once
 
 layout(local_size_x = SOLVER_SLOTS) in;
 

@@ -19,8 +19,8 @@
 // channels, both real or complex (lib/number.lib.glsl).
 
 #include SYSTEM
-#include "lib/each.lib.glsl"
-#include "lib/tile_mask.lib.glsl"
+#include "lib/each.lib.glsl"  // EACH_POLE, EACH_PIXEL, EACH_PIXEL_BACK
+#include "lib/tile_mask.lib.glsl"  // is_tile_active
 
 layout(local_size_x = LINES_PER_GROUP) in;
 

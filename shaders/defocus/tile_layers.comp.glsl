@@ -11,11 +11,11 @@
 //   content_buf       a word for each tile, see lib/tile_content.lib.glsl
 //   out_nearest_img   r least coc in the tile, of visible and listed surfaces
 
-#include "lib/kind.lib.glsl"
-#include "lib/tile_content.lib.glsl"
+#include "lib/kind.lib.glsl"  // FAR_EDGE, NEAR_EDGE
+#include "lib/tile_content.lib.glsl"  // OPEN_BITS
 
 #ifdef LISTS
-#include "lib/fragment_list.lib.glsl"
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, is_open
 #endif
 
 // A GPU processes all rows of a tile at once.

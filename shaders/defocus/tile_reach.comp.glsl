@@ -13,7 +13,7 @@
 //   tile_mask_buf  1 for active tiles, else 0, see lib/tile_mask.lib.glsl
 //   tile lists     the active tiles one by one (lib/tile_list.lib.glsl)
 
-#include "lib/tile_reach.lib.glsl"
+#include "lib/tile_reach.lib.glsl"  // FAR_AWAY, TILE_GROUPS_MAX, LayerTile, layer_tile, tile_index, hole_index ...
 
 layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
 

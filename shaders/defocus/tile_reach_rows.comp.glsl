@@ -13,8 +13,8 @@
 //   hider_buf      for each tile of each layer the least signed coc in the tile, in pixels of the picture
 //   tile lists     heads of lists without tiles (lib/tile_list.lib.glsl)
 
-#include "lib/tile_content.lib.glsl"
-#include "lib/tile_reach.lib.glsl"
+#include "lib/tile_content.lib.glsl"  // is_layer_open
+#include "lib/tile_reach.lib.glsl"  // FAR_AWAY, LayerTile, layer_tile, tile_index, hole_index, layer_number ...
 
 layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
 

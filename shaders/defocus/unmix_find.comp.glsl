@@ -15,10 +15,10 @@
 
 #include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
-#include "lib/fragment_list.lib.glsl"
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of
 #endif
-#include "lib/silhouette.lib.glsl"
-#include "lib/two_lists.lib.glsl"
+#include "lib/silhouette.lib.glsl"  // set_center, neighbor, coc_at, is_in_front, coc_tx
+#include "lib/two_lists.lib.glsl"  // append_word
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

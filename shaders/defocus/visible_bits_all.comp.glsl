@@ -12,7 +12,7 @@
 //   bits_buf   for each layer `bits_words` words: 32 pixels a word, along each direction; bits beyond the picture's
 //              edge are 0
 
-#include "lib/hidden.lib.glsl"
+#include "lib/hidden.lib.glsl"  // pixel_of, words_per_line, lines_of, first_word, DIRECTION
 
 layout(local_size_x = WORD_GROUP) in;
 

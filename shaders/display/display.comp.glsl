@@ -5,7 +5,7 @@
 // Output
 //   out_display_img   rgb display values, alpha 1; rounded to the format of the image
 
-#include "lib/view.lib.glsl"
+#include "lib/view.lib.glsl"  // to_display
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

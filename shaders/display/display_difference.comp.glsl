@@ -8,7 +8,7 @@
 // Output
 //   out_display_img   rgb display values of gain |a - b|, alpha 1; of the size of a
 
-#include "lib/view.lib.glsl"
+#include "lib/view.lib.glsl"  // finite, to_display
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -8,8 +8,8 @@
 // Output
 //   out_img    rgba mean of the pixels in focus; the plain mean where all or none are in focus
 
-#include "lib/footprint.lib.glsl"
-#include "lib/focus_share.lib.glsl"
+#include "lib/footprint.lib.glsl"  // Footprint, footprint_of, share_in
+#include "lib/focus_share.lib.glsl"  // width_px, share_of
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

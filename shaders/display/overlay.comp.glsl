@@ -17,7 +17,7 @@
 #define PEAKING 0  // 1: areas in focus are colored over that
 #endif
 
-#include "lib/coc.lib.glsl"
+#include "lib/coc.lib.glsl"  // coc_of
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

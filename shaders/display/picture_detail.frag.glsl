@@ -12,7 +12,7 @@
 // Output
 //   out_color    rgb display values at a pixel of the screen, alpha 1
 
-#include "lib/focus_share.lib.glsl"
+#include "lib/focus_share.lib.glsl"  // focus_share
 
 uniform sampler2D picture_tx;
 uniform sampler2D plate_tx;

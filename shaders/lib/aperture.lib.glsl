@@ -10,7 +10,7 @@
 //   ramp       half the width, in pixels, of the soft edge (rim) of a disc, over which its coverage falls from 1 to 0
 //   Cover      share of light that a pixel gets, 0..1, in one color or in three
 
-#include "lib/pi.lib.glsl"
+#include "lib/pi.lib.glsl"  // PI
 
 uniform vec2 aperture_axes;  // half axes of the opening: of a disc of radius 1, or of the lens in meters
 
@@ -29,7 +29,7 @@ float within_rim(float to_rim, float ramp) { return clamp((to_rim + ramp) / (2.0
 #endif
 
 #ifdef SHAPED
-#include "lib/shaped_aperture.lib.glsl"
+#include "lib/shaped_aperture.lib.glsl"  // to_rim
 #else
 #define Cover float
 #define CENTER_PX 1e-6  // distance up to which a point is the center, which has no direction to the rim

@@ -27,10 +27,10 @@
 //
 // The functions of this file keep the contract of shaders/README.md.
 
-#include "lib/compact.lib.glsl"
-#include "lib/number.lib.glsl"
+#include "lib/compact.lib.glsl"  // compact_at
+#include "lib/number.lib.glsl"  // COMPLEX, Num, Value, ZERO_VALUE, num, mul, inverted, root, value, real_of_product
 #include "lib/line.lib.glsl"
-#include "lib/strips.lib.glsl"
+#include "lib/strips.lib.glsl"  // in_strips
 
 uniform sampler2D coc_tx;
 uniform float axis_scale;      // diameter along this axis / that of coc_tx: the aperture's spread and the pixel aspect
@@ -56,7 +56,7 @@ uniform sampler2D color_tx;
 uniform Num sum_weights[POLES];  // m_b
 layout(rgba32f) uniform image2D color_img;
 uniform bool is_over;  // composite over what color_img contains, instead of replacing it
-#include "lib/over.lib.glsl"
+#include "lib/over.lib.glsl"  // composite_over
 
 // Writes a pixel of the result. A pixel exactly in focus keeps its value bit for bit, because the weights sum to 1
 // only up to rounding.

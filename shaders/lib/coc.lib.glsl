@@ -1,7 +1,7 @@
 // The signed circle of confusion (coc): diameter in pixels, negative in front of the focus. It is linear in 1 / depth;
 // a tilted or split focus adds an offset at each pixel (lib/focus_offset.lib.glsl).
 
-#include "lib/focus_offset.lib.glsl"
+#include "lib/focus_offset.lib.glsl"  // focus_offset_at
 
 uniform float at_infinity_px;  // diameter of a point infinitely far away
 uniform float per_dioptre_px;  // change of the diameter per dioptre (1/m)

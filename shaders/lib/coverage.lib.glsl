@@ -5,7 +5,7 @@
 // independent. They are numbers of the van der Corput sequence, shuffled and scrambled as in Burley 2020 ("Practical
 // hash-based Owen scrambling"). Include lib/random.lib.glsl first.
 
-#include "lib/samples.lib.glsl"
+#include "lib/samples.lib.glsl"  // sample_position, pixel_of, number_of, samples_across
 
 #define HALF 0.49999  // with a single sample, as for a depth, a surface covers it if its alpha is above one half
 

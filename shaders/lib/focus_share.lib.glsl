@@ -1,7 +1,7 @@
 // Share of the plate's detail at a pixel that a preview, which is smaller than the plate, shows. It is 1 if the circle
 // of confusion (coc) is smaller than half a pixel of the preview, and 0 from one and a half of its pixels on.
 
-#include "lib/coc.lib.glsl"
+#include "lib/coc.lib.glsl"  // coc_of
 
 uniform bool is_coc;     // `depth` is the signed coc in pixels; else it is in meters
 uniform float texel_px;  // side of a pixel of the preview, in pixels of the plate

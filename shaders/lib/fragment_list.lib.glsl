@@ -6,9 +6,9 @@
 //                  surface. A list ends where the next one starts; an extra entry ends the last one.
 //   fragment_buf   the fragments of all lists, one after the other (lib/fragment_words.lib.glsl)
 
-#include "lib/fragment.lib.glsl"
-#include "lib/fragment_words.lib.glsl"
-#include "lib/focus_offset.lib.glsl"
+#include "lib/fragment.lib.glsl"  // Fragment
+#include "lib/fragment_words.lib.glsl"  // WORDS
+#include "lib/focus_offset.lib.glsl"  // focus_offset_at
 
 layout(std430) readonly buffer start_block { uint start_buf[]; };
 layout(std430) readonly buffer fragment_block { uint fragment_buf[]; };

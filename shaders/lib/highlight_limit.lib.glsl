@@ -4,7 +4,7 @@
 //   around      luminance of the surroundings, clipped to 0..1 (highlight_luminance.comp.glsl)
 //   limit       luminance above which light is a highlight
 
-#include "lib/tone.lib.glsl"
+#include "lib/tone.lib.glsl"  // mean_of
 
 #define TIMES_BRIGHTER 3.0    // ratio to the surroundings from which light is a highlight
 #define LEAST_LUMINANCE 0.25  // added to the limit, because grain in the dark is not a highlight

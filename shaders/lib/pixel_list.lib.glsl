@@ -4,7 +4,7 @@
 // The first three words are the numbers of workgroups of the later pass (glDispatchComputeIndirect). The order of the
 // pixels differs from run to run, so the work on one pixel must not depend on another.
 
-#include "lib/list_slice.lib.glsl"
+#include "lib/list_slice.lib.glsl"  // PIXELS_PER_GROUP, GROUPS_MAX, slice_start, slice_end
 
 layout(std430) buffer pixel_list_block {
     uint list_groups[3];

@@ -4,8 +4,8 @@
 //   1  blue and coverage, half floats
 //   2  signed coc in pixels, a float
 
-#include "lib/fragment.lib.glsl"
-#include "lib/fragment_words.lib.glsl"
+#include "lib/fragment.lib.glsl"  // Fragment
+#include "lib/fragment_words.lib.glsl"  // HALF_MOST
 
 layout(std430) buffer pixel_surface_block { uint pixel_surface_buf[]; };
 

@@ -8,7 +8,7 @@
 //   facing           reflectance of a surface that is seen along its normal
 //   share            share of light that is mirrored; the rest is scattered (diffuse)
 
-#include "lib/pi.lib.glsl"
+#include "lib/pi.lib.glsl"  // PI
 
 uniform sampler2DShadow shadow_tx;
 uniform mat4 shadow_from_world;  // maps world space to 0..1 in all three axes

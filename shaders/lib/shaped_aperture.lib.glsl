@@ -30,7 +30,7 @@ uniform float aperture_shift_most;     // shift at the corners of the picture; i
 uniform float aperture_axial_px;       // diameter in blue minus that in green, and in green minus that in red
 
 #ifdef IMAGED
-#include "lib/opening_image.lib.glsl"
+#include "lib/opening_image.lib.glsl"  // image_light, image_transmission
 #endif
 
 #define TINY 1e-12         // avoids a division by 0

@@ -10,9 +10,9 @@
 //   color_tx   without ALL_DEPTHS: rgb of the picture
 //   lib/pixel_surface.lib.glsl   with ALL_DEPTHS: the surfaces of the pixels
 
-#include "lib/part_surfaces.lib.glsl"
+#include "lib/part_surfaces.lib.glsl"  // coc_tx
 #ifdef ALL_DEPTHS
-#include "lib/pixel_surface.lib.glsl"
+#include "lib/pixel_surface.lib.glsl"  // pixel_surface
 #else
 uniform sampler2D color_tx;
 #endif

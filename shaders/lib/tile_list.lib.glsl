@@ -5,7 +5,7 @@
 // tile of a smaller layer covers several. tile_reach.comp.glsl writes the list; the order of the tiles differs from
 // run to run.
 
-#include "lib/list_slice.lib.glsl"
+#include "lib/list_slice.lib.glsl"  // slice_start, slice_end
 
 layout(std430) buffer tile_list_block {
     uint layer_groups[3];    // workgroups of a pass over the layer's tiles: x, y, z

@@ -2,7 +2,7 @@
 // A later pass works on one kind of pixel at a time: a software rasterizer runs both sides of every branch. A word is
 // y << 16 | x, perhaps with flags. The order of the words differs from run to run.
 
-#include "lib/list_slice.lib.glsl"
+#include "lib/list_slice.lib.glsl"  // PIXELS_PER_GROUP, GROUPS_MAX, slice_start, slice_end
 
 layout(std430) buffer two_lists_block {
     uint first_groups[3];   // workgroups (x, y, z) of a pass over the first list,

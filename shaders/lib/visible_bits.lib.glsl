@@ -6,7 +6,7 @@
 //
 // The nearest visible pixels ahead and back along a direction are the ends of a hidden pixel.
 
-#include "lib/hidden.lib.glsl"
+#include "lib/hidden.lib.glsl"  // line_of, position_of, words_per_line, first_word
 
 layout(std430) readonly buffer bits_block { uint bits_buf[]; };
 

@@ -8,7 +8,7 @@
 //   mean_img        rgb mean of the samples, alpha 1
 //   out_spread_img  r luminance of the mean plus `black_light`, g standard deviation of the samples' luminance
 
-#include "lib/antialias.lib.glsl"
+#include "lib/antialias.lib.glsl"  // luminance
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

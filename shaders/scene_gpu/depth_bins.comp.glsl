@@ -7,7 +7,7 @@
 // Output
 //   count_buf    number of pixels in each bin; has to contain zeros before the pass
 
-#include "lib/reciprocal.lib.glsl"
+#include "lib/reciprocal.lib.glsl"  // reciprocal
 
 #define WORKERS 256
 layout(local_size_x = WORKERS) in;

@@ -19,7 +19,7 @@
 //   out_color_img     rgb mean of the front samples, where the pixel was not done
 //   out_depth_img     meters; of the nearest fragment if the list begins with the visible surface
 
-#include "lib/surface_groups.lib.glsl"
+#include "lib/surface_groups.lib.glsl"  // SAME_GROUP, GROUPS_MOST, LEAST_COVER, Group, begin_pixel, front_sample ...
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -10,16 +10,16 @@
 // Output
 //   mean_img   rgb mean of the rays, alpha 1
 
-#include "lib/scene.lib.glsl"
-#include "lib/shading.lib.glsl"
+#include "lib/scene.lib.glsl"  // Uv, Instance, surface_of, instances
+#include "lib/shading.lib.glsl"  // MOST_LIGHT, sky, shade
 #include "lib/tangent.lib.glsl"
-#include "lib/random.lib.glsl"
-#include "lib/bvh.lib.glsl"
-#include "lib/aperture.lib.glsl"
-#include "lib/focus_offset.lib.glsl"
+#include "lib/random.lib.glsl"  // random4
+#include "lib/bvh.lib.glsl"  // Hit, position_of, normal_of, tangent_at, uv_at, tint_at, first_hit, triangles ...
+#include "lib/aperture.lib.glsl"  // aperture_point, aperture_axes
+#include "lib/focus_offset.lib.glsl"  // focus_offset_at
 #ifdef SHAPED
 #define LEAST_WEIGHT 1e-6   // weight of a ray that the barrel stops: it counts only if no other ray does
-#include "lib/sides.lib.glsl"
+#include "lib/sides.lib.glsl"  // Sides, no_sides, read_sides, write_sides, add_light, mean_of
 #endif
 
 layout(local_size_x = RAY_GROUP, local_size_y = RAY_GROUP) in;

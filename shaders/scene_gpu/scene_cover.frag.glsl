@@ -11,10 +11,10 @@
 //               back faces: by the normals, or by one of the two winding orders
 
 #ifdef HOLES
-#include "lib/scene.lib.glsl"
+#include "lib/scene.lib.glsl"  // Uv, is_hole
 #include "lib/random.lib.glsl"
-#include "lib/coverage.lib.glsl"
-#include "lib/tint.lib.glsl"
+#include "lib/coverage.lib.glsl"  // threshold_of
+#include "lib/tint.lib.glsl"  // tint
 
 in Uv uv;
 flat in uint material;

@@ -4,7 +4,7 @@
 // Input
 //   done_tx   see antialias_done.comp.glsl
 
-#include "lib/samples.lib.glsl"
+#include "lib/samples.lib.glsl"  // sample_position, pixel_of
 
 uniform sampler2D done_tx;  // a texel for each pixel of the picture: 0 where it needs more samples
 

@@ -17,7 +17,7 @@
 //   material     number of the material
 //   tint, tangent, back_rule   see lib/tint.lib.glsl, lib/tangent.lib.glsl, scene_cover.frag.glsl
 
-#include "lib/tangent.lib.glsl"
+#include "lib/tangent.lib.glsl"  // in_world
 
 in vec3 in_position;
 in float in_u;

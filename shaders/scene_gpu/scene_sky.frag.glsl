@@ -5,8 +5,8 @@
 // Output
 //   color       scene-linear rgb; alpha 1, or with PEEL the dioptres of the sky: 0
 
-#include "lib/scene.lib.glsl"
-#include "lib/shading.lib.glsl"
+#include "lib/scene.lib.glsl"  // unit_or
+#include "lib/shading.lib.glsl"  // MOST_LIGHT, sky
 
 in vec3 direction;
 

@@ -9,9 +9,9 @@
 
 layout(early_fragment_tests) in;
 
-#include "lib/scene.lib.glsl"
-#include "lib/shading.lib.glsl"
-#include "lib/tint.lib.glsl"
+#include "lib/scene.lib.glsl"  // Uv, Surface, unit_or, surface_of
+#include "lib/shading.lib.glsl"  // shade
+#include "lib/tint.lib.glsl"  // tint
 
 in vec3 position_m;
 in vec3 normal;

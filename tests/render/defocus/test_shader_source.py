@@ -113,6 +113,17 @@ def test_shader_files_do_not_redefine_constants() -> None:
         assert not set(defined) & constants, path.name
 
 
+def test_comment_after_an_include_lists_names_that_the_file_uses() -> None:
+    folder = data_dir("shaders")
+    for path in folder.rglob("*.glsl"):
+        text = path.read_text()
+        words = set(re.findall(r"\w+", re.sub(r"//.*", "", text)))
+        for file, names in re.findall(r'^#include "(\S+)"  // ([^.\n]+)', text, re.M):
+            included = assemble(folder, file).text
+            for name in names.rstrip(" ").split(", "):
+                assert name in words and re.search(rf"\b{name}\b", included), (path.name, name)
+
+
 def test_derived_constants_match_their_sources() -> None:
     assert len(list(overlay_of("layers").tints())) == LAYERS_MAX + 1
     growth = 2**shader_constants.SCATTER_GROWTH_LOG2

@@ -24,7 +24,7 @@ from heatlens.core.base.errors import ShaderError
 from heatlens.render.gpu.shader_constants import constants_in
 
 LINES_PER_FILE = 10_000  # line 20_014 of the assembled text is line 14 of the third file
-_INCLUDE = re.compile(r'^\s*#include\s+(?:"([^"]+)"|(\w+))\s*$')
+_INCLUDE = re.compile(r'^\s*#include\s+(?:"([^"]+)"|(\w+))\s*(?://.*)?$')
 _LINE_IN_LOG = re.compile(r"\b\d+(?::(\d+)|\((\d+)\))")
 Kind = Literal["sampler", "image", "storage block", "uniform"]
 
