@@ -20,7 +20,7 @@ from heatlens.studio.board.session import Session
 from heatlens.studio.settings.preferences import Preferences
 from heatlens.studio.settings.start import Start
 from heatlens.studio.share.sharing import Sharing
-from heatlens.studio.ui import probe, seek, theme
+from heatlens.studio.ui import rects, seek, theme
 from heatlens.studio.ui.screen import Screen
 
 SIZE = (1280, 800)
@@ -67,7 +67,7 @@ class Gui:
         self.screen.picture.fade.length_s = 0.0  # a picture is there at once
         self.session.begin()
         self.ui = self.screen.ui
-        self._listening = probe.listening()
+        self._listening = rects.listening()
         self.drawn = self._listening.__enter__()  # where each control was drawn last
 
     def frame(self, count: int = 1) -> None:

@@ -30,7 +30,7 @@ from heatlens.studio.ui.panels.scene_panel import scene_panel
 from heatlens.studio.ui.panels.source_panel import PlateFacts, depth_rows, file_rows, plate_panel
 from heatlens.studio.ui.panels.source_rows import matte_rows
 from heatlens.studio.ui.picture.grid import Pictures
-from heatlens.studio.ui.probe import listening
+from heatlens.studio.ui.rects import listening
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.timeline.dope_sheet import lens_dots
 from heatlens.studio.ui.timeline.panel import timeline_panel

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.studio.board.command import Command, keys_by_menu
-from heatlens.studio.ui import probe, topmost, widgets
+from heatlens.studio.ui import rects, topmost, widgets
 
 Rows = tuple[tuple[str, str], ...]  # (keys or gesture, what it does)
 _COLUMNS = 4  # largest number of columns
@@ -88,7 +88,7 @@ def keys_window(commands: Sequence[Command], has_camera: bool) -> bool:
     if not is_visible:
         return False
     corner, size = imgui.get_window_pos(), imgui.get_window_size()
-    probe.note_at("keys window", (corner.x, corner.y, corner.x + size.x, corner.y + size.y))
+    rects.note_at("keys window", (corner.x, corner.y, corner.x + size.x, corner.y + size.y))
     width = max_size.x - 2 * imgui.get_style().window_padding.x
     _draw_columns(_fit_columns(sections(commands, has_camera), width))
     if is_closed := not is_open or topmost.is_escaped() or _is_key_pressed_again():

@@ -11,7 +11,7 @@ from heatlens.core.base.outside_text import printable
 from heatlens.core.model.view.ui_sizes import scaled_layout
 from heatlens.studio.board.command import MENUS, Command
 from heatlens.studio.board.desks import FileDesk
-from heatlens.studio.ui import probe, texts, topmost
+from heatlens.studio.ui import rects, texts, topmost
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.timeline.view import TimelineView
 
@@ -43,7 +43,7 @@ def menu_bar(files: FileDesk, ui: UiState, commands: Sequence[Command]) -> Comma
             in_menu = [command for command in commands if command.menu == menu]
             picked_action = _menu_content(files, ui, in_menu) or picked_action
             imgui.end_menu()
-        probe.note(f"menu {menu}")
+        rects.note(f"menu {menu}")
     ui.sharing.draw_in_menu_bar()
     imgui.end_main_menu_bar()
     return picked_action
@@ -70,7 +70,7 @@ def _submenu(ui: UiState, title: str, commands: Sequence[Command]) -> Command | 
     """Draw a submenu; return the command that was chosen in it."""
     picked_action = None
     is_open = imgui.begin_menu(title)
-    probe.note(f"menu {title}")
+    rects.note(f"menu {title}")
     if is_open:
         ui.menu_to_open = ""  # the arrow keys lead into and out of this one
         for command in commands:
@@ -85,7 +85,7 @@ def _menu_item(command: Command) -> bool:
     reason = command.why_not()
     label = f"{printable(command.shown)}###{command.name}"
     is_clicked, _ = imgui.menu_item(label, command.key, is_on, not reason)
-    probe.note(f"item {command.name}")
+    rects.note(f"item {command.name}")
     texts.disabled_tip(reason)
     return bool(is_clicked)
 
@@ -104,7 +104,7 @@ def _open_recent(files: FileDesk, ui: UiState) -> Command | None:
         files.recent.check()
     recent_names, picked_action = files.recent.existing_names, None
     is_open = imgui.begin_menu("Open recent", bool(recent_names))
-    probe.note("menu Open recent")
+    rects.note("menu Open recent")
     if is_open:
         ui.menu_to_open = ""  # the arrow keys lead into and out of this one
         for text in recent_names:
@@ -123,7 +123,7 @@ def _recent_item(path: Path) -> bool:
     width = ImVec2(_RECENT_EM * em, 0)
     label = f"##{printable(str(path))}"
     is_clicked, _ = imgui.selectable(label, False, imgui.SelectableFlags_.none, width)
-    probe.note(f"recent {path.name}")
+    rects.note(f"recent {path.name}")
     imgui.same_line(corner)
     imgui.text(printable(path.name))
     imgui.same_line()

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.studio.board.command import Command
-from heatlens.studio.ui import probe, texts, topmost, widgets
+from heatlens.studio.ui import rects, texts, topmost, widgets
 
 _TITLE = "Find a command"
 
@@ -89,7 +89,7 @@ class Palette:
         """Draw the row of a command, barred if `why_not` has text; return True if clicked."""
         with widgets.disabled(bool(why_not)):
             is_clicked, _ = imgui.selectable(f"{command.name}##{command.menu}", is_selected)
-        probe.note(f"palette {command.name}")
+        rects.note(f"palette {command.name}")
         texts.disabled_tip(why_not)
         if is_selected and self._has_moved:
             imgui.set_scroll_here_y()

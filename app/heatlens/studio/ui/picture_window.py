@@ -18,7 +18,7 @@ from heatlens.studio.board.desks import LensDesk, PictureDesk
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.board.lessons import Lessons
 from heatlens.studio.board.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook
-from heatlens.studio.ui import probe, theme
+from heatlens.studio.ui import rects, theme
 from heatlens.studio.ui.layout import PICTURE, PICTURE_ALONE
 from heatlens.studio.ui.panels.focus_bar import focus_bar, focus_bar_height
 from heatlens.studio.ui.panels.marks_panel import draw_point_marks, mark_in_window
@@ -90,14 +90,14 @@ class PictureWindow:
         if self._ui.files.start_choices.is_shown:
             self.hovered_px = None
             self._draw_start_screen(has_keyboard)
-            probe.note("picture")
+            rects.note("picture")
         else:
             free_size = imgui.get_content_region_avail()
             bar_height = focus_bar_height(free_size.y) if self._has_focus_bar else 0.0
             corner = imgui.get_cursor_screen_pos()
             with theme.over_picture():
                 self._draw_picture(self.pictures, bar_height)
-            probe.note("picture")
+            rects.note("picture")
             if bar_height:
                 corner = ImVec2(corner.x, corner.y + free_size.y - bar_height)
                 self._draw_focus_bar(corner, ImVec2(free_size.x, bar_height))
@@ -122,7 +122,7 @@ class PictureWindow:
             corner = ImVec2(x, y + height)
             end = ImVec2(x + share * width, corner.y + _LINE_EM * imgui.get_font_size())
             imgui.get_window_draw_list().add_rect_filled(corner, end, theme.colors.text_dim)
-            probe.note_at("part of the picture", (corner.x, corner.y, end.x, end.y))
+            rects.note_at("part of the picture", (corner.x, corner.y, end.x, end.y))
 
     def _draw_focus_bar(self, corner: ImVec2, size: ImVec2) -> None:
         """Draw the focus bar, and change the lens as it was dragged."""

@@ -10,7 +10,7 @@ from heatlens.studio.board.session import Session
 from heatlens.studio.share.address import Role
 from heatlens.studio.share.sharing import Sharing, qr_code_rows
 from heatlens.studio.share.tap import DisplayedPicture, Tap
-from heatlens.studio.ui import probe, texts, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 
 _POPUP = "Share with a tablet"
@@ -108,7 +108,7 @@ class WindowSharing:
         if widgets.button("End sharing", "end"):
             self.sharing.end()
             imgui.close_current_popup()
-        probe.note("share popup")
+        rects.note("share popup")
         imgui.end_popup()
 
 
@@ -126,4 +126,4 @@ def _draw_code(rows: tuple[tuple[bool, ...], ...]) -> None:
                 last = ImVec2(first.x + square_px, first.y + square_px)
                 draw.add_rect_filled(first, last, theme.pack_color((0.0, 0.0, 0.0, 1.0)))
     imgui.dummy(size)
-    probe.note("share code")
+    rects.note("share code")

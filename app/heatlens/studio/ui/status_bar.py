@@ -17,7 +17,7 @@ from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.rendered_frames.screen_work import CachedFrame, ScreenWork
 from heatlens.studio.board.desks import PictureDesk
 from heatlens.studio.board.facts import Facts
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import rects, theme, widgets
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.texts import fit_text, text_width
 
@@ -76,7 +76,7 @@ def export_bar(run: ExportRun, ui: UiState) -> None:
         imgui.same_line()
         share = state.done_frames / state.frames if state.frames else 0.0
         imgui.progress_bar(share, ImVec2(_BAR_EM * imgui.get_font_size(), 0), "")
-        probe.note("export progress")
+        rects.note("export progress")
     for name in buttons:
         imgui.same_line()
         if widgets.button(f"{name}##export", f"status {name}"):
@@ -151,7 +151,7 @@ class StatusBar:
         if sides:
             imgui.same_line(right_x - imgui.calc_text_size(sides).x)
             imgui.text_disabled(printable(sides))
-            probe.note("sides")
+            rects.note("sides")
 
     # The texts are cut where the export and the message begin, so that what is at the right end of
     # the bar stays in it.
@@ -166,7 +166,7 @@ class StatusBar:
         )
         if left_words:
             _draw_fitted(left_words, free_width - (message_width + gap if message else 0.0))
-            probe.note("readout")
+            rects.note("readout")
         if message:
             if left_words:
                 imgui.same_line(0.0, gap)
@@ -186,7 +186,7 @@ class StatusBar:
         message, is_problem = self._facts.message, self._facts.is_problem
         fitted_text = fit_text(message, width)
         imgui.text_colored(theme.colors.bad if is_problem else theme.colors.message, fitted_text)
-        probe.note("message")
+        rects.note("message")
         if fitted_text != message and imgui.is_item_hovered():
             imgui.set_tooltip(message)
 

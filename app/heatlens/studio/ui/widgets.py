@@ -10,7 +10,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.messages import Problem
 from heatlens.core.base.outside_text import printable
-from heatlens.studio.ui import probe, theme
+from heatlens.studio.ui import rects, theme
 from heatlens.studio.ui.seek import is_highlighted
 from heatlens.studio.ui.texts import disabled_tip, tooltip
 
@@ -61,7 +61,7 @@ def drag(
         return _typed_number(name, value, low, high, format_, say, stage_id)
     flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.no_input
     has_changed, new_value = imgui.drag_float(f"##{name}", value, speed, low, high, format_, flags)
-    probe.note(name)
+    rects.note(name)
     is_clicked = imgui.is_mouse_clicked(imgui.MouseButton_.left) and imgui.get_io().key_ctrl
     is_double = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
     if imgui.is_item_hovered() and (is_clicked or is_double):
@@ -99,7 +99,7 @@ def slider(name: str, value: float, low: float, high: float, format_: str, tip: 
     imgui.set_next_item_width(imgui.get_content_region_avail().x - VALUE_EM * imgui.get_font_size())
     flags = imgui.SliderFlags_.always_clamp  # also clamps a number typed after Ctrl+click
     has_changed, new_value = imgui.slider_float(f"##{name}", value, low, high, "", flags)
-    probe.note(name)
+    rects.note(name)
     imgui.same_line()
     imgui.text(format_ % value)
     return float(f"{new_value:.7g}") if has_changed else value
@@ -121,14 +121,14 @@ def choice(
             reason = (barred or {}).get(item, "")
             with disabled(bool(reason)):
                 is_picked, _ = imgui.selectable(f"{printable(item)}##{index}", item == value)
-            probe.note(f"{name}: {item}")
+            rects.note(f"{name}: {item}")
             disabled_tip(reason)
             if is_picked:
                 value = item
         imgui.end_combo()
     elif is_cut:
         tooltip(value)
-    probe.note(name)
+    rects.note(name)
     return value
 
 
@@ -155,12 +155,12 @@ def pick_one(
 
 
 def button(words: str, name: str, tip: str = "", width: float = 0.0) -> bool:
-    """Draw a button, known to `probe` by `name`; return True if it was pressed.
+    """Draw a button, known to `rects` by `name`; return True if it was pressed.
 
     `width` is in screen units: 0 for that of the words, negative to fill the line.
     """
     is_pressed = imgui.button(words, ImVec2(width, 0))
-    probe.note(name)
+    rects.note(name)
     tooltip(tip)
     return bool(is_pressed)
 
@@ -168,7 +168,7 @@ def button(words: str, name: str, tip: str = "", width: float = 0.0) -> bool:
 def small_button(words: str, name: str, tip: str = "") -> bool:
     """Draw a button as high as a line of text, see `button`."""
     is_pressed = imgui.small_button(words)
-    probe.note(name)
+    rects.note(name)
     tooltip(tip)
     return bool(is_pressed)
 
@@ -177,15 +177,15 @@ def invisible_button(name: str, corner: ImVec2, size: ImVec2, tip: str = "") -> 
     """Draw an invisible button in a part of the screen; return True if it was clicked."""
     imgui.set_cursor_screen_pos(corner)
     is_pressed = imgui.invisible_button(name, size)
-    probe.note(name)
+    rects.note(name)
     tooltip(tip)
     return bool(is_pressed)
 
 
 def check(words: str, value: bool, name: str = "", tip: str = "") -> bool:
-    """Draw a checkbox, known to `probe` by `name` or by its words; return the new value."""
+    """Draw a checkbox, known to `rects` by `name` or by its words; return the new value."""
     _, value = imgui.checkbox(words, value)
-    probe.note(name or words)
+    rects.note(name or words)
     tooltip(tip)
     return bool(value)
 
@@ -193,7 +193,7 @@ def check(words: str, value: bool, name: str = "", tip: str = "") -> bool:
 def typed_text(name: str, value: str) -> str:
     """Draw a text field without a label; return its text while it is being typed."""
     _, text = imgui.input_text(f"##{name}", value)
-    probe.note(name)
+    rects.note(name)
     return str(text)
 
 
@@ -212,7 +212,7 @@ def text_field(
     """
     flags = imgui.InputTextFlags_.auto_select_all
     _, text = imgui.input_text_with_hint(f"##{name}", hint, value_text, flags)
-    probe.note(name)
+    rects.note(name)
     if imgui.is_item_deactivated_after_edit() and text != value_text:
         try:
             return parse(text)
@@ -227,11 +227,11 @@ def optional(parse: Callable[[str], Value]) -> Callable[[str], Value | None]:
 
 
 def fact_row(words: str, text: str, name: str) -> None:
-    """Draw a label and a text, wrapped over several lines; `probe` knows it by `name`."""
+    """Draw a label and a text, wrapped over several lines; `rects` knows it by `name`."""
     imgui.text_disabled(words)
     imgui.same_line(LABEL_EM * imgui.get_font_size())
     imgui.text_wrapped(printable(text))
-    probe.note(name)
+    rects.note(name)
 
 
 def folded_header(name: str, labels: Sequence[str], is_used: bool = False) -> bool:
@@ -246,7 +246,7 @@ def folded_header(name: str, labels: Sequence[str], is_used: bool = False) -> bo
     if is_newly_used or any(is_highlighted(label, scrolls=False) for label in labels):
         imgui.set_next_item_open(True)
     is_open = imgui.collapsing_header(name)
-    probe.note(name)
+    rects.note(name)
     return bool(is_open)
 
 

@@ -16,7 +16,7 @@ from heatlens.media.sequence.folder_list import Entry
 from heatlens.media.sequence.folder_walk import ChosenFile, FolderWalk
 from heatlens.studio.board.desks import FileDesk
 from heatlens.studio.settings.file_purposes import PURPOSES
-from heatlens.studio.ui import probe, texts, theme, topmost, widgets
+from heatlens.studio.ui import rects, texts, theme, topmost, widgets
 
 _SIZE_EM = (56.0, 34.0)
 _FRAMES_EM, _WRITTEN_EM, _BUTTON_EM = 13.0, 10.0, 6.5
@@ -97,7 +97,7 @@ class FileDialogs:
         is_entered, walk.typed_path = imgui.input_text(
             "##path", walk.typed_path, imgui.InputTextFlags_.enter_returns_true
         )
-        probe.note("browser path")
+        rects.note("browser path")
         if is_entered:
             walk.go(walk.typed_path)
 
@@ -125,7 +125,7 @@ class FileDialogs:
         is_entered, name = imgui.input_text(
             "##name", walk.name, imgui.InputTextFlags_.enter_returns_true
         )
-        probe.note("browser name")
+        rects.note("browser name")
         if name != walk.name:
             walk.type_name(name)
         return bool(is_entered)
@@ -190,7 +190,7 @@ def _draw_row(walk: FolderWalk, index: int, entry: str | Entry) -> ChosenFile | 
     imgui.table_next_column()
     flags = imgui.SelectableFlags_.span_all_columns | imgui.SelectableFlags_.allow_double_click
     is_clicked, _ = imgui.selectable(f"##{index}", index == walk.row, flags)
-    probe.note(f"file {name}")
+    rects.note(f"file {name}")
     imgui.same_line(0.0, 0.0)
     imgui.text(printable(name))  # not as the label, which would end at the ## of a sequence
     if isinstance(entry, Entry):

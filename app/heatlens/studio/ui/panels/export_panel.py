@@ -21,7 +21,7 @@ from heatlens.studio.settings.export_settings import (
     ExportSettings,
     frame_kinds,
 )
-from heatlens.studio.ui import probe, texts, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.field_row import field_row
 
 _FARM_ROWS = ("where", "processes", "scheduler", "renders too")
@@ -188,7 +188,7 @@ def _option_rows(
     option = options_of(ExportOptions)["frames"]
     widgets.label(option.label, option.tip)
     _, frames = imgui.input_text_with_hint("##export frames", span, settings.frames)
-    probe.note("export frames")
+    rects.note("export frames")
     quality_names = {"": f"as the shot: {default_quality}"} | {
         str(quality): str(quality) for quality in Quality
     }

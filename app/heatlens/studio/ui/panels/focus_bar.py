@@ -13,9 +13,9 @@ from heatlens.core.model.lens.lens import Lens, measured_text
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.coc_line import focused_at, nudge_lens
 from heatlens.studio.board.facts import Facts
-from heatlens.studio.ui import probe, texts, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.panels.depth_scale import TICK_EM, draw_histogram, draw_scale, fine_ticks_m
-from heatlens.studio.ui.probe import Rect
+from heatlens.studio.ui.rects import Rect
 
 _HEIGHT_EM, _MAX_SHARE = 5.4, 0.25  # height, and its largest share of the space under the menus
 _FIGURES_EM, _SCALE_EM, _EDGE_EM = 1.55, 1.45, 0.9  # heights of the lines, space at the ends
@@ -75,7 +75,7 @@ class _Bar:
         self._bottom = max(corner.y + size.y - _SCALE_EM * self._em, self._top + 1.0)
         self._flags = self._place_flags()
         right = self._left + self._width
-        probe.note_at("focus bar", (self._left, corner.y, right, corner.y + size.y))
+        rects.note_at("focus bar", (self._left, corner.y, right, corner.y + size.y))
 
     def dioptres_at(self, x: float) -> float:
         """Return the dioptres at a screen position."""
@@ -155,7 +155,7 @@ class _Bar:
             self._draw.add_rect_filled(ImVec2(x0, y0), ImVec2(x1, y1), theme.colors.mark, 1.0)
             text_corner = ImVec2(x0 + 0.3 * self._em, y0)
             self._draw.add_text(text_corner, theme.colors.on_accent, printable(name))
-            probe.note_at(f"{name} on the bar", rect)
+            rects.note_at(f"{name} on the bar", rect)
 
     def _draw_scale(self) -> None:
         """Draw the fine ticks and the labeled distances under the groove."""
@@ -177,7 +177,7 @@ class _Bar:
         if keyed_m is not None:
             self._draw_line(self._x_at(keyed_m), theme.colors.mark, _GHOST_EM, 0.25 * em)
             x = self._x_at(keyed_m)
-            probe.note_at("keyed focus", (x, self._top, x, self._bottom))
+            rects.note_at("keyed focus", (x, self._top, x, self._bottom))
         x, words = self._x_at(lens.focus_distance_m), self._distance_words(lens.focus_distance_m)
         self._draw_line(x, theme.colors.accent, _NEEDLE_EM, 0.4 * em)
         font_px = _FOCUS_FONT_SCALE * em
@@ -191,7 +191,7 @@ class _Bar:
         text_corner = ImVec2(x0 + 0.4 * em, y + 0.06 * em)
         font = imgui.get_font()
         self._draw.add_text(font, font_px, text_corner, theme.colors.on_accent, words)
-        probe.note_at("focus on the bar", figure_rect)
+        rects.note_at("focus on the bar", figure_rect)
         left = self._draw_limit_figure(self._distance_words(near_m), figure_rect[0], -1)
         right = self._draw_limit_figure(self._distance_words(far_m), figure_rect[2], 1)
         return left, y, right, figure_rect[3]
@@ -228,7 +228,7 @@ class _Bar:
             x0 = occupied[0] - 2 * gap - width
         y = self._corner.y + 0.25 * em
         self._draw.add_text(ImVec2(x0, y), theme.colors.text_dim, words)
-        probe.note_at("distance at the pointer", (x0, y, x0 + width, y + em))
+        rects.note_at("distance at the pointer", (x0, y, x0 + width, y + em))
 
     def _pointer_words(self, x: float) -> str:
         """Return the distance at a screen position in full, with the name of the tick near it."""

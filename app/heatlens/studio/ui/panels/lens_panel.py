@@ -30,7 +30,7 @@ from heatlens.core.model.units import format_distance, label_distance
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.coc_line import nudge_lens
 from heatlens.studio.board.desks import LensDesk
-from heatlens.studio.ui import probe, texts, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 
 _LIMITS_EM = 20.0  # below this width, four equal columns would cut their text
 _NO_T_STOP = "same as f-stop"
@@ -118,7 +118,7 @@ def _draw_doubts(facts: LensFacts, about: About) -> None:
     for doubt in facts.doubts:
         if doubt.about == about:
             texts.colored_text(window_words(doubt.sentence), theme.colors.bad)
-            probe.note(f"doubt about {about}")
+            rects.note(f"doubt about {about}")
 
 
 def _draw_limits(lens: Lens, unit: str) -> None:
@@ -135,7 +135,7 @@ def _draw_limits(lens: Lens, unit: str) -> None:
         for title, limit_m in limits_m.items():
             imgui.table_next_column()
             imgui.text_disabled(title)
-            probe.note(title)
+            rects.note(title)
             imgui.text(label_distance(limit_m, unit))
             texts.tooltip(f"{title} {format_distance(limit_m, unit)}")
         imgui.end_table()
@@ -153,7 +153,7 @@ def _aperture_rows(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     has_changed, new_index = imgui.slider_int(
         "##f-stop", index, widest_index, len(THIRD_STOPS) - 1, ""
     )
-    probe.note("f-stop")
+    rects.note("f-stop")
     if has_changed and new_index != index:
         lens = replace(lens, f_stop=THIRD_STOPS[new_index])
     imgui.same_line()

@@ -15,7 +15,7 @@ from heatlens.render.gpu.device import Texture
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.desks import PictureDesk
 from heatlens.studio.board.facts import Facts
-from heatlens.studio.ui import probe, texts, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 from heatlens.studio.ui.picture.picture_alone import PictureAlone
 from heatlens.studio.ui.segments import toggle_button
@@ -129,7 +129,7 @@ def _look_row(facts: Facts, desk: PictureDesk, stills: LookStills, index: int, l
     corner = imgui.get_cursor_screen_pos()
     if _still_button(stills.thumbnail(look)):
         desk.looks.use_number(index)
-    probe.note(f"look {look.name}")
+    rects.note(f"look {look.name}")
     texts.tooltip(f"Take this lens again{f' (Ctrl+{index + 1})' if index < 9 else ''}")
     if facts.lens == look.lens:
         size = imgui.get_item_rect_size()
@@ -145,7 +145,7 @@ def _look_row(facts: Facts, desk: PictureDesk, stills: LookStills, index: int, l
     if imgui.get_content_region_avail().x < imgui.calc_text_size(words).x:
         imgui.new_line()
     imgui.text_disabled(words)
-    probe.note(f"lens of look {look.name}")
+    rects.note(f"lens of look {look.name}")
     imgui.text_disabled(f"at {texts.measured_label(lens, lens.focus_distance_m, facts.view.unit)}")
     _look_buttons(facts, desk, look)
     imgui.end_group()

@@ -8,7 +8,7 @@ from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import DistanceMark, MarkAnchor, MatteMark, MattePart
 from heatlens.core.model.marks.track_mark import TrackMark
 from heatlens.studio.board.desks import TimeDesk
-from heatlens.studio.ui import probe, texts, widgets
+from heatlens.studio.ui import rects, texts, widgets
 
 _HOLD_EM, _WIDEST_HOLD = 6.0, "surface    "
 _FOLLOW_TIP = "Keys the focus on it at every frame from in to out; frames not in memory are read."
@@ -50,20 +50,20 @@ def _hold_choice(desk: TimeDesk, mark: Mark) -> None:
     commands, anchor = desk.marks, MarkAnchor.of(mark)
     imgui.set_next_item_width(_HOLD_EM * imgui.get_font_size())
     is_open = imgui.begin_combo(f"##hold {mark.name}", str(anchor or "object"))
-    probe.note(f"hold {mark.name}")
+    rects.note(f"hold {mark.name}")
     if not is_open:
         texts.tooltip(_HOLD_TIP)
         return
     with widgets.disabled(commands.is_reading):
         for other in _anchors(desk, anchor):
             is_picked, _ = imgui.selectable(f"the {other}", other is anchor)
-            probe.note(f"hold {mark.name}: {other}")
+            rects.note(f"hold {mark.name}: {other}")
             if is_picked and other is not anchor:
                 commands.anchors.anchor_to(mark, other)
     imgui.separator()
     if imgui.selectable("keep the focus on it", False)[0]:
         commands.live.follow(mark)
-    probe.note(f"live {mark.name}")
+    rects.note(f"live {mark.name}")
     texts.tooltip(_LIVE_TIP)
     imgui.end_combo()
 

@@ -20,7 +20,7 @@ from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view_geometry import Point
 from heatlens.studio.board.desks import TimeDesk
 from heatlens.studio.board.facts import Facts
-from heatlens.studio.ui import probe, texts, theme, topmost, widgets
+from heatlens.studio.ui import rects, texts, theme, topmost, widgets
 from heatlens.studio.ui.field_row import field_row
 from heatlens.studio.ui.panels.mark_row import mark_row_controls, same_line_if_fits
 from heatlens.studio.ui.state import UiState
@@ -74,7 +74,7 @@ def _live_rows(desk: TimeDesk) -> None:
         return
     state = "is being measured" if live_following.is_measuring else "is live"
     texts.gray_text(f"The focus follows {printable(live_following.live.words)}: it {state}.")
-    probe.note("focus follows")
+    rects.note("focus follows")
     follow = live_following.live.follow
     for name in options_of(Follow):
         follow = field_row(follow, name)
@@ -192,7 +192,7 @@ def _pull_fields(desk: TimeDesk, unit: str) -> None:
     if imgui.is_window_appearing():
         imgui.set_keyboard_focus_here()
     _, frames = imgui.input_int("##pull frames", pulls.frames)
-    probe.note("pull frames")
+    rects.note("pull frames")
     frames = min(max(frames, 1), _MAX_PULL_FRAMES)
     if frames != pulls.frames:
         pulls.set_length(frames)
@@ -222,7 +222,7 @@ def draw_point_marks(facts: Facts, view: PictureView) -> None:
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     for mark, point in _placed_marks(facts):
         x, y = _window_point(facts, view, point)
-        probe.note_at(f"point {mark.name}", (x, y, x, y))
+        rects.note_at(f"point {mark.name}", (x, y, x, y))
         radius = _RADIUS_EM * em
         draw.add_circle(ImVec2(x, y), radius, theme.OVER_PICTURE.shadow, 0, 0.2 * em)
         draw.add_circle(ImVec2(x, y), radius, theme.OVER_PICTURE.mark, 0, 0.1 * em)

@@ -24,7 +24,7 @@ from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.lens.opening_fields import BLADES_LEAST, BLADES_MOST
 from heatlens.core.model.option import options_of
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import rects, theme, widgets
 from heatlens.studio.ui.field_row import field_row
 from heatlens.studio.ui.panels.lens_panel import parse_stop
 
@@ -60,7 +60,7 @@ def _tilt_rows(lens: Lens) -> Lens:
     is_tilted = any(getattr(lens, term) for term in FOCUS_OFFSET_TERMS)
     flags = imgui.TreeNodeFlags_.default_open if is_tilted else 0
     is_open = imgui.collapsing_header("Tilt and split diopter", flags)
-    probe.note("tilt and split diopter")
+    rects.note("tilt and split diopter")
     for name in FOCUS_OFFSET_FIELDS if is_open else ():
         term = _LENS_OPTIONS[name].term  # the field without which this one has no effect
         with widgets.disabled(name != term and not getattr(lens, term)):
@@ -72,7 +72,7 @@ def _opening_rows(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
     """Draw the rows of the aperture's shape, folded unless it has one."""
     flags = 0 if lens.aperture.is_plain else imgui.TreeNodeFlags_.default_open
     is_open = imgui.collapsing_header("Opening", flags)
-    probe.note("opening")
+    rects.note("opening")
     if not is_open:
         return lens
     _draw_discs(lens.aperture)

@@ -12,7 +12,7 @@ from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.units import FOOT_M
 from heatlens.studio.board.plan import Plan, PlanMark
-from heatlens.studio.ui import probe, texts, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.panels.depth_scale import tick_text
 
 _EDGE_EM, _CAMERA_EM, _MIN_HEIGHT_EM = 1.0, 1.0, 8.0
@@ -202,7 +202,7 @@ class _Drawing:
             text_corner = ImVec2(rect[0] + 0.3 * em, rect[1])
             self._draw_list.add_text(text_corner, theme.colors.on_accent, name)
             self._flags.append((mark, rect))
-            probe.note_at(f"{mark.name} on the plan", rect)
+            rects.note_at(f"{mark.name} on the plan", rect)
 
     def _draw_focus(self) -> None:
         """Draw the plane of focus with its distance."""
@@ -216,7 +216,7 @@ class _Drawing:
         self._draw_list.add_rect_filled(flag_corner, flag_end, theme.colors.accent, 3.0)
         text_corner = ImVec2(flag_corner.x + 0.3 * em, flag_corner.y + 0.1 * em)
         self._draw_list.add_text(text_corner, theme.colors.on_accent, words)
-        probe.note_at("focus on the plan", (first.x, first.y, last.x, last.y))
+        rects.note_at("focus on the plan", (first.x, first.y, last.x, last.y))
 
 
 def round_steps_m(reach_m: float, unit: str) -> list[float]:

@@ -15,7 +15,7 @@ from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.device import Texture
 from heatlens.studio.board.desks import FileDesk, PictureDesk
 from heatlens.studio.board.facts import Facts
-from heatlens.studio.ui import probe, texts, widgets
+from heatlens.studio.ui import rects, texts, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 from heatlens.studio.ui.picture.picture_alone import PictureAlone
 
@@ -179,7 +179,7 @@ def _draw_name(shot: ReelShot, is_open: bool) -> bool:
     with widgets.disabled(not shot.source):
         is_clicked, _ = imgui.selectable(f"{printable(shot.name)}##shot", is_open, flags, size)
     imgui.pop_style_var()
-    probe.note(f"shot {shot.name}")
+    rects.note(f"shot {shot.name}")
     if shot.notes:
         texts.tooltip("\n".join((*shot.marks, *shot.notes)))
     return bool(is_clicked)

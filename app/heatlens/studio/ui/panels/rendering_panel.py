@@ -14,7 +14,7 @@ from heatlens.core.model.shot.settings import PARTS, DefocusSettings, Quality, b
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.preview.speed import Speed
-from heatlens.studio.ui import probe, widgets
+from heatlens.studio.ui import rects, widgets
 from heatlens.studio.ui.seek import is_highlighted
 
 SPEED = "Speed"  # the heading, which a key and the palette look for
@@ -77,7 +77,7 @@ def _views_row(settings: DefocusSettings) -> DefocusSettings:
     has_changed, views = imgui.slider_int(
         "##views", settings.views, 1, _SLIDER_MAX_VIEWS, "", flags
     )
-    probe.note("views")
+    rects.note("views")
     imgui.same_line()
     imgui.text(str(settings.views))
     allowed_views = _whole_numbers("views")

@@ -20,7 +20,7 @@ from heatlens.media.live.ring.channel_map import (
 )
 from heatlens.media.live.ring.sources import RingInput, SourceState
 from heatlens.studio.board.desks import LensDesk
-from heatlens.studio.ui import probe, texts, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 
 Say = Callable[[str], None]
 _ID_LETTERS = 8  # shown characters of a sender's number
@@ -119,7 +119,7 @@ def _channel_row(
             if imgui.selectable(f"{printable(name)}{value}##{index}", name == current)[0]:
                 desk.ring.set_map(ring, None if name == unmapped_words else default_map(name, ring))
         imgui.end_combo()
-    probe.note(f"channel of {ring.words}")
+    rects.note(f"channel of {ring.words}")
     imgui.same_line()
     is_learning = desk.ring.learning is not None and desk.ring.learning.ring is ring
     # The button extends to the right edge, like the fields above and below.

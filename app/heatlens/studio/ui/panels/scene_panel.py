@@ -9,7 +9,7 @@ from heatlens.core.base.outside_text import printable
 from heatlens.media.scene.placing import lacks_placing
 from heatlens.media.scene.scene_bounds import object_names
 from heatlens.studio.board.desks import TimeDesk
-from heatlens.studio.ui import probe, texts, widgets
+from heatlens.studio.ui import rects, texts, widgets
 
 _OWN_CAMERA = "moved by hand"
 _CAMERA_TIP = (
@@ -42,7 +42,7 @@ def scene_panel(desk: TimeDesk) -> None:
     if imgui.begin_list_box("##objects", ImVec2(-1, _list_height(len(names)))):
         for index, name in enumerate(names):
             is_clicked = _object_row(printable(name), index, name == scenes.selected)
-            probe.note(f"object {name}")
+            rects.note(f"object {name}")
             if is_clicked:
                 scenes.selected = name
         imgui.end_list_box()

@@ -24,7 +24,7 @@ from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.header.channel_choice import color_layers_among, depth_channels_first
 from heatlens.media.plate.header.entries import FOR_THE_EYE
 from heatlens.media.plate.plate import CameraHeader, Plate
-from heatlens.studio.ui import probe, texts, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.panels.depth_scale import draw_histogram, draw_scale
 from heatlens.studio.ui.panels.source_rows import behind_rows
 
@@ -119,7 +119,7 @@ def _draw_histogram_bar(histogram: DepthHistogram, facts: PlateFacts) -> None:
     corner = imgui.get_cursor_screen_pos()
     size = ImVec2(imgui.get_content_region_avail().x, _BAR_EM * em)
     imgui.dummy(size)
-    probe.note("plate histogram")
+    rects.note("plate histogram")
     draw, text_y = imgui.get_window_draw_list(), corner.y + size.y - em
     draw.add_rect_filled(corner, ImVec2(corner.x + size.x, text_y - 2), theme.colors.groove, 3.0)
     draw_histogram(draw, histogram, corner, ImVec2(size.x, text_y - 2 - corner.y))
@@ -194,7 +194,7 @@ def _reading_rows(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOp
     convention = widgets.pick("convention", options.depth_convention, _CONVENTIONS, tip)
     if plate.depth.question:
         texts.colored_text(window_words(plate.depth.question), theme.colors.message)
-        probe.note("question about the convention")
+        rects.note("question about the convention")
     options = replace(options, depth_channel=channel, depth_convention=convention)
     options = _end_rows(options, facts.unit, say)
     options = _kind_row(options, facts)
@@ -202,7 +202,7 @@ def _reading_rows(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOp
     for doubt in facts.doubts:
         if doubt.about != "lens":
             texts.colored_text(window_words(doubt.sentence), theme.colors.bad)
-            probe.note("doubt about the unit")
+            rects.note("doubt about the unit")
     layers = color_layers_among(plate.aovs)
     options = replace(
         options, color_layer=_name_choice("colour layer", options.color_layer, layers)

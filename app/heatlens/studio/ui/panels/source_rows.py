@@ -14,7 +14,7 @@ from heatlens.core.base.outside_text import printable
 from heatlens.core.model.option import Values, options_of
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.plate import BehindReport
-from heatlens.studio.ui import probe, texts, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 
 _TIP = (
     "Pictures with depth from the same camera. They show what the lens sees behind silhouettes, "
@@ -39,10 +39,10 @@ def behind_rows(
     for name, report in reports.items():
         if name not in files:
             texts.gray_text(report.sentence)
-            probe.note(f"behind {name}")
+            rects.note(f"behind {name}")
     kept_files = tuple(text for text in files if not _behind_row(text, reports.get(text)))
     texts.colored_text(problem, theme.colors.bad)
-    probe.note("behind problem")
+    rects.note("behind problem")
     if widgets.button("Add clean plate...", "Add clean plate", width=-1):
         ask_behind()
     return kept_files
@@ -55,7 +55,7 @@ def _behind_row(text: str, report: BehindReport | None) -> bool:
     imgui.text_wrapped(printable(Path(text).name))
     if report is not None:
         texts.gray_text(f"It {report.words}.")
-        probe.note(f"behind {text}")
+        rects.note(f"behind {text}")
     return is_removed
 
 

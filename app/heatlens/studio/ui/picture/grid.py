@@ -12,7 +12,7 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.view.view_geometry import PictureShape, Point, Viewport
 from heatlens.render.display.picture_pass import Detail
 from heatlens.render.gpu.device import Texture
-from heatlens.studio.ui import probe, theme
+from heatlens.studio.ui import rects, theme
 
 _GAP_EM, _FRAME_EM = 0.15, 0.13
 
@@ -70,7 +70,7 @@ def draw_tiles(tiles: Sequence[Tile], viewports: Sequence[Viewport], hovered: in
     for index, (tile, viewport) in enumerate(zip(tiles, viewports, strict=True)):
         (x, y), (width, height) = viewport.corner, viewport.size
         corner, end = ImVec2(x, y), ImVec2(x + width, y + height)
-        probe.note_at(f"grid {tile.name or 'now'}", (corner.x, corner.y, end.x, end.y))
+        rects.note_at(f"grid {tile.name or 'now'}", (corner.x, corner.y, end.x, end.y))
         draw.push_clip_rect(corner, end, True)
         text_size = imgui.calc_text_size(tile.words)
         text_corner = ImVec2(x + 0.9 * em, end.y - text_size.y - 0.8 * em)

@@ -15,7 +15,7 @@ from heatlens.core.model.view.guides import (
 )
 from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view_geometry import PictureShape, Viewport
-from heatlens.studio.ui import probe, theme
+from heatlens.studio.ui import rects, theme
 
 _BEAT_EM = 8.0  # size of a number of the count-in
 
@@ -46,7 +46,7 @@ def draw_guides(
     for line in shapes.lines:
         draw.add_line(ImVec2(*line[:2]), ImVec2(*line[2:]), theme.OVER_PICTURE.guide)
     draw.pop_clip_rect()
-    probe.note_at("matte in the picture", inner_rect(picture, guides.aspect))
+    rects.note_at("matte in the picture", inner_rect(picture, guides.aspect))
 
 
 def _draw_names(draw: imgui.ImDrawList, names: list[str], frames: tuple[Rect, ...]) -> None:
@@ -54,7 +54,7 @@ def _draw_names(draw: imgui.ImDrawList, names: list[str], frames: tuple[Rect, ..
     for name, (x0, y0, x1, y1) in zip(names, frames[len(frames) - len(names) :], strict=True):
         text_corner = ImVec2(x0 + 4.0, y1 - 1.3 * imgui.get_font_size())
         draw.add_text(text_corner, theme.OVER_PICTURE.guide, printable(name))
-        probe.note_at(f"frame {name}", (x0, y0, x1, y1))
+        rects.note_at(f"frame {name}", (x0, y0, x1, y1))
 
 
 def _crop_rect(picture: Rect, share: float | None) -> Iterator[Rect]:
@@ -63,7 +63,7 @@ def _crop_rect(picture: Rect, share: float | None) -> Iterator[Rect]:
         x, y = (picture[0] + picture[2]) / 2, (picture[1] + picture[3]) / 2
         half_width, half_height = share * (picture[2] - x), share * (picture[3] - y)
         yield x - half_width, y - half_height, x + half_width, y + half_height
-        probe.note_at(
+        rects.note_at(
             "crop of the plate", (x - half_width, y - half_height, x + half_width, y + half_height)
         )
 
@@ -78,7 +78,7 @@ def draw_beat(number: int, viewport: Viewport) -> None:
     shadow = ImVec2(text_corner.x + edge, text_corner.y + edge)
     draw.add_text(font, size, shadow, theme.OVER_PICTURE.shadow, text)
     draw.add_text(font, size, text_corner, theme.OVER_PICTURE.handle, text)
-    probe.note_at(
+    rects.note_at(
         f"beat {text}",
         (text_corner.x, text_corner.y, text_corner.x + 2 * half_width, text_corner.y + size),
     )

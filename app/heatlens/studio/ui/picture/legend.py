@@ -9,7 +9,7 @@ from heatlens.core.model.view.overlays import Entry, LegendFacts
 from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.media.plate.plate import DepthReport
 from heatlens.render.defocus.optics import Optics
-from heatlens.studio.ui import probe, theme
+from heatlens.studio.ui import rects, theme
 
 
 def legend_facts(
@@ -41,7 +41,7 @@ def draw_legend(legend: Sequence[Entry], viewport: Viewport, is_right: bool = Fa
     corner = ImVec2(left, top)
     end = ImVec2(corner.x + width, top + len(legend) * row_height + 0.3 * em)
     draw.add_rect_filled(corner, end, theme.OVER_PICTURE.shadow, 3.0)
-    probe.note_at("legend", (corner.x, corner.y, end.x, end.y))
+    rects.note_at("legend", (corner.x, corner.y, end.x, end.y))
     for index, entry in enumerate(legend):
         swatch_corner = ImVec2(corner.x + 0.5 * em, top + index * row_height + 0.3 * em)
         swatch_end = ImVec2(swatch_corner.x + 0.85 * em, swatch_corner.y + 0.85 * em)

@@ -16,7 +16,7 @@ from heatlens.media.plate.coc_line import Surface
 from heatlens.render.display.picture_pass import PlacedPicture
 from heatlens.render.gpu.device import Texture
 from heatlens.studio.board.facts import Facts
-from heatlens.studio.ui import probe, theme
+from heatlens.studio.ui import rects, theme
 from heatlens.studio.ui.picture.grid import Pictures
 
 Pixel = tuple[int, int]
@@ -57,7 +57,7 @@ class Loupe:
         center = corner[0] + side / 2, corner[1] + side / 2
         _draw_frame(corner, end, center)
         _draw_lines(_surface_lines(facts, surfaces, self._names_of(surfaces)), (corner[0], end[1]))
-        probe.note_at("loupe", (*corner, *end))
+        rects.note_at("loupe", (*corner, *end))
         return _place_enlarged(
             picture_view, pictures, pinhole, (mouse.x, mouse.y), center, (*corner, *end)
         )
@@ -76,7 +76,7 @@ def draw_flag_loupe(
     corner = x, y0 + height - side
     end, center = (x + side, y0 + height), (x + side / 2, y0 + height - side / 2)
     _draw_frame(corner, end, center)
-    probe.note_at("place of the mark", (*corner, *end))
+    rects.note_at("place of the mark", (*corner, *end))
     return _place_enlarged(picture_view, pictures, pinhole, mark_point, center, (*corner, *end))
 
 
@@ -165,6 +165,6 @@ def _draw_lines(lines: Sequence[str], corner: Point) -> None:
     for number, line in enumerate(lines):
         text_corner = ImVec2(corner[0] + padding, corner[1] + number * height)
         draw.add_text(text_corner, colors[min(number, 1)], line)
-        probe.note_at(
+        rects.note_at(
             f"loupe {line}", (text_corner.x, text_corner.y, end.x, text_corner.y + height)
         )

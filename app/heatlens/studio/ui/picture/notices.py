@@ -12,7 +12,7 @@ from heatlens.core.base.messages import window_words
 from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.render.source.stream_source import StreamSource
 from heatlens.studio.board.lessons import Lesson, Lessons
-from heatlens.studio.ui import probe, texts, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 
 _WIDTH_EM, _MIN_WIDTH_EM = (
     28.0,
@@ -50,7 +50,7 @@ def draw_lessons(lessons: Lessons, viewport: Viewport, is_hidden: bool) -> None:
         imgui.push_text_wrap_pos(_text_end(card_width))
         imgui.text(str(lesson))
         imgui.pop_text_wrap_pos()
-        probe.note(f"lesson {lesson.name}")
+        rects.note(f"lesson {lesson.name}")
         if lesson is shown_lessons[0]:
             _hide_button(lessons, card_width)
     imgui.end()

@@ -20,7 +20,7 @@ from heatlens.render.display.probe import read_texels
 from heatlens.render.gpu.device import Device, Texture
 from heatlens.studio.board.desks import PictureDesk
 from heatlens.studio.board.facts import Facts
-from heatlens.studio.ui import probe, theme
+from heatlens.studio.ui import rects, theme
 from heatlens.studio.ui.picture.grid import Pictures
 
 _GRID_FROM = 8.0  # smallest size of a pixel on the screen, in screen pixels, for the grid
@@ -243,7 +243,7 @@ def draw_ruler(desk: PictureDesk, facts: Facts, hovered: Pixel | None) -> None:
         theme.OVER_PICTURE.handle,
         -1.2,
     )
-    probe.note_at(
+    rects.note_at(
         f"ruler {words}", (end_points[0].x, end_points[0].y, end_points[1].x, end_points[1].y)
     )
 

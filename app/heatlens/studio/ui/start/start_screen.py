@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.media.scene.scene_read import DEMO
 from heatlens.render.gpu.device import Device
 from heatlens.studio.settings.cards import Card
-from heatlens.studio.ui import probe, theme
+from heatlens.studio.ui import rects, theme
 from heatlens.studio.ui.start.start_card import (
     CardArea,
     CardPictures,
@@ -119,7 +119,7 @@ class StartScreen:
         imgui.set_cursor_screen_pos(corner)
         size = ImVec2(end.x - corner.x, end.y - corner.y)
         is_clicked = imgui.invisible_button(f"##{row} {card.title}", size)
-        probe.note(f"start {card.title}")
+        rects.note(f"start {card.title}")
         movement = imgui.get_io().mouse_delta
         if imgui.is_item_activated() or (imgui.is_item_hovered() and (movement.x or movement.y)):
             self._row = row
@@ -151,7 +151,7 @@ def _draw_texts(layout: StartLayout, corner: ImVec2, hint: str) -> None:
     font, text_corner = imgui.get_font(), ImVec2(corner.x, y)
     draw.add_text(font, em, text_corner, title_color, hint, wrap_width=layout.width)
     hint_size = imgui.calc_text_size(hint, wrap_width=layout.width)
-    probe.note_at(
+    rects.note_at(
         "start hint",
         (text_corner.x, text_corner.y, text_corner.x + hint_size.x, text_corner.y + hint_size.y),
     )

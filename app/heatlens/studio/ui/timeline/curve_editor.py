@@ -20,8 +20,8 @@ from heatlens.core.model.shot.pull import RecordingState
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.board.desks import TimeDesk
 from heatlens.studio.board.key_drag import KeyPositions, nearest_key
-from heatlens.studio.ui import probe, theme
-from heatlens.studio.ui.probe import Rect
+from heatlens.studio.ui import rects, theme
+from heatlens.studio.ui.rects import Rect
 from heatlens.studio.ui.timeline.curve_axis import AXES, CurveAxis, raise_keys
 from heatlens.studio.ui.timeline.curve_handles import Heights, draw_handles
 from heatlens.studio.ui.timeline.dope_sheet import draw_keys, handle_key_drag, stretch_grips
@@ -125,7 +125,7 @@ def _draw_value(
     draw = imgui.get_window_draw_list()
     draw.add_rect_filled(box_corner, box_end, theme.colors.mark, 3.0)
     draw.add_text(ImVec2(x + 0.3 * em, y - 0.5 * em), theme.colors.on_accent, words)
-    probe.note_at("value beside the key", (box_corner.x, box_corner.y, box_end.x, box_end.y))
+    rects.note_at("value beside the key", (box_corner.x, box_corner.y, box_end.x, box_end.y))
 
 
 def _focus_samples(
@@ -296,5 +296,5 @@ class _NameDrawer:
                 right_x = left - _NAME_GAP * em
         rect = right_x - width, y0, right_x, y0 + em
         self.name_rects.append(rect)
-        probe.note_at(f"name {name} on the curve", rect)
+        rects.note_at(f"name {name} on the curve", rect)
         imgui.get_window_draw_list().add_text(ImVec2(rect[0], y0), color, text)

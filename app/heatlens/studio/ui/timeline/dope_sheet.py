@@ -15,8 +15,8 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.board.desks import TimeDesk
 from heatlens.studio.board.key_drag import KeyDrag, KeyPositions, KeyStretch, Move
-from heatlens.studio.ui import probe, theme, widgets
-from heatlens.studio.ui.probe import Rect
+from heatlens.studio.ui import rects, theme, widgets
+from heatlens.studio.ui.rects import Rect
 from heatlens.studio.ui.timeline.view import TimelineView, TimeScale
 
 _ROW_EM, _MIN_ROW_EM = 1.45, 1.1  # height of a row, and the least height
@@ -100,7 +100,7 @@ def handle_key_drag(
     io, em = imgui.get_io(), imgui.get_font_size()
     widgets.invisible_button("keys", ImVec2(scale.x, y), ImVec2(scale.width, max(height, 1.0)))
     for (key_row, frame), (x, key_y) in key_positions.items():
-        probe.note_at(f"key {key_row} {frame:g}", (x, key_y, x, key_y))
+        rects.note_at(f"key {key_row} {frame:g}", (x, key_y, x, key_y))
     mouse = io.mouse_pos.x, io.mouse_pos.y
     if imgui.is_item_activated():
         drag.press(mouse, key_positions, _REACH_EM * em, io.key_shift, io.key_ctrl)

@@ -18,7 +18,7 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import RecordingState
 from heatlens.media.frame_cache.frame_states import Run
 from heatlens.studio.board.desks import TimeDesk
-from heatlens.studio.ui import probe, texts, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.timeline.curve_editor import curve_editor
 from heatlens.studio.ui.timeline.dope_sheet import dope_sheet
 from heatlens.studio.ui.timeline.recording_row import recording_row
@@ -241,7 +241,7 @@ def _ease_field(desk: TimeDesk, keys: Sequence[Key], name: str, is_out: bool) ->
             f"##{name}", percent, 0.5, 0.0, 100.0, f"{name} %.0f %%",
             imgui.SliderFlags_.always_clamp,
         )  # fmt: skip
-        probe.note(name)
+        rects.note(name)
         texts.tooltip("How far the handle reaches; the segment becomes a Bezier")
     if has_changed:
         desk.keys.ease(new_percent, is_out)

@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.model.shot.pull import TOLERANCE_LEAST, TOLERANCE_MOST, RecordingState
 from heatlens.core.model.units import label_distance
 from heatlens.studio.board.desks import TimeDesk
-from heatlens.studio.ui import probe, texts, theme
+from heatlens.studio.ui import rects, texts, theme
 from heatlens.studio.ui.timeline.curve_handles import Heights
 from heatlens.studio.ui.timeline.tool_row import Tool, button_tool, text_tool, tool_row
 from heatlens.studio.ui.timeline.view import TimeScale
@@ -38,7 +38,7 @@ def recording_row(desk: TimeDesk, unit: str) -> None:
     )
     imgui.align_text_to_frame_padding()
     texts.colored_text(words, theme.colors.bad)
-    probe.note("recording words")
+    rects.note("recording words")
 
 
 def _recorded_tools(desk: TimeDesk, unit: str) -> list[Tool]:
@@ -72,7 +72,7 @@ def _tolerance_slider(desk: TimeDesk) -> None:
         "",
         imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.always_clamp,
     )  # fmt: skip
-    probe.note("tolerance")
+    rects.note("tolerance")
     texts.tooltip(_TOLERANCE_TIP)
     if has_changed:
         recording.set_tolerance(tolerance)

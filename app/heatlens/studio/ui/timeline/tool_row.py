@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from imgui_bundle import imgui
 
-from heatlens.studio.ui import probe, texts, widgets
+from heatlens.studio.ui import rects, texts, widgets
 
 _MORE = "..."
 
@@ -90,13 +90,13 @@ def _draw_more(name: str, tools: Sequence[Tool], tip: str) -> None:
 
 
 def text_tool(text: str, rank: int, name: str = "", tip: str = "", is_dim: bool = True) -> Tool:
-    """Return a text for the row, known to `probe` by `name` or by its words."""
+    """Return a text for the row, known to `rects` by `name` or by its words."""
 
     def draw() -> None:
         """Draw the text with its tooltip."""
         imgui.align_text_to_frame_padding()
         (imgui.text_disabled if is_dim else imgui.text)(text)
-        probe.note(name or text)
+        rects.note(name or text)
         texts.tooltip(tip)
 
     return Tool(draw, texts.text_width(text), rank, is_word=True)
@@ -105,7 +105,7 @@ def text_tool(text: str, rank: int, name: str = "", tip: str = "", is_dim: bool 
 def button_tool(
     words: str, name: str, rank: int, on_press: Callable[[], None], tip: str = ""
 ) -> Tool:
-    """Return a button for the row, known to `probe` by `name`; pressing it calls `on_press`."""
+    """Return a button for the row, known to `rects` by `name`; pressing it calls `on_press`."""
 
     def draw() -> None:
         if widgets.button(words, name, tip):

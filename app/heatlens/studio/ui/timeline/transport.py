@@ -11,7 +11,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import Ending, check_frame, check_frames_per_second
 from heatlens.media.sequence.sequence import MissingPolicy
 from heatlens.studio.board.desks import TimeDesk
-from heatlens.studio.ui import probe, texts, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.timeline.rendered_panel import rendered_label
 from heatlens.studio.ui.timeline.tool_row import Tool, text_tool, tool_row
 from heatlens.studio.ui.timeline.view import TimelineView
@@ -106,7 +106,7 @@ def _icon_button(name: str, shape: str, tip: str, is_on: bool = False) -> bool:
     corner = imgui.get_cursor_screen_pos()
     with texts.colored(theme.colors.armed_button if is_on else None, imgui.Col_.button):
         is_pressed = imgui.button(f"##{name}", ImVec2(_ICON_ASPECT * height, height))
-    probe.note(f"transport {name}")
+    rects.note(f"transport {name}")
     texts.tooltip(tip)
     center = ImVec2(corner.x + 0.5 * _ICON_ASPECT * height, corner.y + height / 2)
     _draw_shape(shape, center, 0.26 * height)
@@ -192,11 +192,11 @@ def combo(name: str, value: Key, words: Mapping[Key, str], other_text: str = "")
     if imgui.begin_combo(f"##{name}", words.get(value, other_text)):
         for key, text in words.items():
             is_picked, _ = imgui.selectable(text, key == value)
-            probe.note(f"{name}: {text}")
+            rects.note(f"{name}: {text}")
             if is_picked:
                 value = key
         imgui.end_combo()
-    probe.note(name)
+    rects.note(name)
     return value
 
 

@@ -1,4 +1,4 @@
-"""Report where controls are drawn, by name; nothing is recorded unless `listening` is active.
+"""Report the rectangles of controls by name; nothing is recorded unless `listening` is active.
 
 The Lens panel uses it to draw key dots beside its controls, and tests use it to click on controls.
 """
