@@ -63,7 +63,7 @@ def test_front_ends_and_their_tests_import_nothing_from_the_session():
 
 def test_a_name_that_the_board_hands_on_counts_as_an_import_of_its_home():
     home = f"{SESSION}.live.ring_follower"
-    assert session_names(f"from {BOARD}.desks import RingFollower") == {(home, "RingFollower")}
+    assert session_names(f"from {BOARD}.controls import RingFollower") == {(home, "RingFollower")}
     assert session_names(f"import {home}") == {(home, "")}
     assert session_names(f"patch('{home}._STEP', 1)") == {(f"{home}._STEP", "")}
     assert (

@@ -119,7 +119,7 @@ def hooks(text: str) -> Iterator[str]:
     [
         "def f(wake: Callable[[], None]): shared.wake = wake",
         "class A:\n def f(self): self.shared.wake = self.f",
-        "def f(desk): desk.pictures.make_still = lambda: None",
+        "def f(control): control.pictures.make_still = lambda: None",
         "from heatlens.studio.ui.devices import pad_axes\nstart.lens_in.read = pad_axes",
         "def f(shown): shown.alt.is_taken = partial(f, 1)",
         "class A:\n def f(self): self.pipelines[0].on_layer = self.f",

@@ -35,7 +35,7 @@ KEYED = PLAIN.with_key(10, FOCUS, 2.0).with_key(20, FOCUS, 4.0).with_key(20, STO
 FILMED = replace(KEYED, framing=framing_with_keys(10, 30))
 
 
-class KeyDesk:
+class KeyControl:
     """Key commands on an editing of their own, with the messages that they show."""
 
     def __init__(self, shot, has_camera=False):
@@ -69,65 +69,68 @@ def test_all_keys_identifies_keys_by_row_and_frame():
 
 
 def test_key_commands_apply_to_chosen_keys_else_keys_at_playhead():
-    desk = KeyDesk(KEYED)
-    desk.editing.frame = 20
-    assert desk.keys.target_keys == keys_at(KEYED, 20) and desk.keys.selection == frozenset()
-    desk.keys.select_between(FOCUS, 10, 19)
-    assert desk.keys.target_keys == {KeyId(FOCUS, 10)} == desk.keys.selection
-    desk.keys.select_between(FOCUS, 10, 20)
-    assert len(desk.keys.selection) == 2
-    desk.keys.select_all()
-    assert desk.keys.selection == all_keys(KEYED)
-    desk.editing.do(PLAIN)
-    assert desk.keys.selection == frozenset()
+    control = KeyControl(KEYED)
+    control.editing.frame = 20
+    assert control.keys.target_keys == keys_at(KEYED, 20) and control.keys.selection == frozenset()
+    control.keys.select_between(FOCUS, 10, 19)
+    assert control.keys.target_keys == {KeyId(FOCUS, 10)} == control.keys.selection
+    control.keys.select_between(FOCUS, 10, 20)
+    assert len(control.keys.selection) == 2
+    control.keys.select_all()
+    assert control.keys.selection == all_keys(KEYED)
+    control.editing.do(PLAIN)
+    assert control.keys.selection == frozenset()
 
 
 def test_moved_keys_stay_chosen_and_report_replaced_keys():
-    desk = KeyDesk(KEYED.with_key(25, FOCUS, 6.0))
-    desk.keys.select_between(FOCUS, 20, 20)
-    desk.keys.move(0)
-    assert desk.frames() == [10, 20, 25]
-    desk.keys.move(3)
-    assert desk.frames() == [10, 23, 25] and desk.keys.selection == {KeyId(FOCUS, 23)}
-    assert desk.frames(STOP) == [20] and not desk.messages
-    desk.keys.move(2)
-    assert desk.frames() == [10, 25] and desk.messages[-1].startswith("One key")
-    desk.editing.undo()
-    assert desk.frames() == [10, 23, 25]
-    desk.keys.select_between(FOCUS, 10, 23)
-    desk.keys.move(2)
-    assert desk.frames() == [12, 25]
+    control = KeyControl(KEYED.with_key(25, FOCUS, 6.0))
+    control.keys.select_between(FOCUS, 20, 20)
+    control.keys.move(0)
+    assert control.frames() == [10, 20, 25]
+    control.keys.move(3)
+    assert control.frames() == [10, 23, 25] and control.keys.selection == {KeyId(FOCUS, 23)}
+    assert control.frames(STOP) == [20] and not control.messages
+    control.keys.move(2)
+    assert control.frames() == [10, 25] and control.messages[-1].startswith("One key")
+    control.editing.undo()
+    assert control.frames() == [10, 23, 25]
+    control.keys.select_between(FOCUS, 10, 23)
+    control.keys.move(2)
+    assert control.frames() == [12, 25]
 
 
 def test_deleting_all_keys_keeps_value_at_the_playhead():
-    desk = KeyDesk(FILMED)
-    desk.editing.frame = 15
-    lens_before = desk.editing.lens
-    desk.keys.select_all()
-    desk.keys.delete()
-    assert not desk.shot.key_frames and desk.editing.lens == lens_before
-    assert desk.shot.framing.track.pose_at(99) == FILMED.framing.track.pose_at(15)
-    desk.editing.undo()
-    desk.keys.select_between(FOCUS, 10, 10)
-    desk.keys.delete()
-    assert desk.frames() == [20] and desk.frames(STOP) == [20]
+    control = KeyControl(FILMED)
+    control.editing.frame = 15
+    lens_before = control.editing.lens
+    control.keys.select_all()
+    control.keys.delete()
+    assert not control.shot.key_frames and control.editing.lens == lens_before
+    assert control.shot.framing.track.pose_at(99) == FILMED.framing.track.pose_at(15)
+    control.editing.undo()
+    control.keys.select_between(FOCUS, 10, 10)
+    control.keys.delete()
+    assert control.frames() == [20] and control.frames(STOP) == [20]
 
 
 def test_copied_keys_are_pasted_from_playhead_on():
-    desk = KeyDesk(KEYED)
-    desk.keys.paste()
-    assert "No keys" in desk.messages[-1]
-    desk.keys.copy()  # nothing is chosen, and no key lies at the playhead
-    desk.keys.paste()
-    assert desk.shot == KEYED
-    desk.keys.select_all()
-    desk.keys.copy()
-    assert desk.messages[-1].startswith("3 ")
-    desk.editing.frame = 100
-    desk.keys.paste()
-    assert desk.frames() == [10, 20, 100, 110] and desk.frames(STOP) == [20, 110]
-    assert desk.keys.selection == {KeyId(FOCUS, 100), KeyId(FOCUS, 110), KeyId(STOP, 110)}
-    assert desk.shot.lens_at(110).f_stop == 8.0 and desk.shot.lens_at(100).focus_distance_m == 2.0
+    control = KeyControl(KEYED)
+    control.keys.paste()
+    assert "No keys" in control.messages[-1]
+    control.keys.copy()  # nothing is chosen, and no key lies at the playhead
+    control.keys.paste()
+    assert control.shot == KEYED
+    control.keys.select_all()
+    control.keys.copy()
+    assert control.messages[-1].startswith("3 ")
+    control.editing.frame = 100
+    control.keys.paste()
+    assert control.frames() == [10, 20, 100, 110] and control.frames(STOP) == [20, 110]
+    assert control.keys.selection == {KeyId(FOCUS, 100), KeyId(FOCUS, 110), KeyId(STOP, 110)}
+    assert (
+        control.shot.lens_at(110).f_stop == 8.0
+        and control.shot.lens_at(100).focus_distance_m == 2.0
+    )
 
 
 def test_camera_keys_are_pasted_only_into_a_scene():
@@ -138,27 +141,27 @@ def test_camera_keys_are_pasted_only_into_a_scene():
     assert [key.frame for key in new.framing.track.keys] == [7.0, 12.0]
     more = paste_into_row(replace(PLAIN, framing=framing_with_keys(1)), CAMERA, poses, 7.0)
     assert [key.frame for key in more.framing.track.keys] == [1.0, 7.0, 12.0]
-    desk = KeyDesk(FILMED)
-    desk.keys.select_between(CAMERA, 0, 99)
-    desk.keys.copy()
-    desk.editing.do(PLAIN)
-    desk.keys.paste()
-    assert desk.shot == PLAIN and "scene" in desk.messages[-1]
+    control = KeyControl(FILMED)
+    control.keys.select_between(CAMERA, 0, 99)
+    control.keys.copy()
+    control.editing.do(PLAIN)
+    control.keys.paste()
+    assert control.shot == PLAIN and "scene" in control.messages[-1]
 
 
 def test_toggle_here_and_set_here_edit_keys_at_playhead():
-    desk = KeyDesk(KEYED)
-    desk.editing.frame = 15
-    desk.keys.toggle_here(STOP)
-    assert desk.frames(STOP) == [15, 20]
-    desk.keys.toggle_here(STOP)
-    assert desk.frames(STOP) == [20]
-    before = desk.shot.lens_at(15)
-    desk.keys.set_here()  # focus, and what has keys
-    assert desk.frames() == [10, 15, 20] and desk.frames(STOP) == [15, 20]
-    assert desk.frames(FOCAL) == [] and desk.shot.lens_at(15) == before
-    assert desk.camera_keys == []
-    of_camera = KeyDesk(KEYED, has_camera=True)
+    control = KeyControl(KEYED)
+    control.editing.frame = 15
+    control.keys.toggle_here(STOP)
+    assert control.frames(STOP) == [15, 20]
+    control.keys.toggle_here(STOP)
+    assert control.frames(STOP) == [20]
+    before = control.shot.lens_at(15)
+    control.keys.set_here()  # focus, and what has keys
+    assert control.frames() == [10, 15, 20] and control.frames(STOP) == [15, 20]
+    assert control.frames(FOCAL) == [] and control.shot.lens_at(15) == before
+    assert control.camera_keys == []
+    of_camera = KeyControl(KEYED, has_camera=True)
     of_camera.keys.rows.select(CAMERA)
     of_camera.keys.set_here()
     assert of_camera.camera_keys == [0] and of_camera.shot == KEYED
@@ -182,35 +185,35 @@ def test_row_choice_refuses_camera_row_without_a_scene():
 
 
 def test_interpolate_sets_segment_after_each_chosen_key():
-    desk = KeyDesk(KEYED)
-    desk.keys.select_between(FOCUS, 10, 10)
-    values = [desk.shot.lens_at(frame).focus_distance_m for frame in range(10, 21)]
-    desk.keys.interpolate(Interpolation.BEZIER)
-    first, second = desk.shot.curves.focus_distance_m.keys
+    control = KeyControl(KEYED)
+    control.keys.select_between(FOCUS, 10, 10)
+    values = [control.shot.lens_at(frame).focus_distance_m for frame in range(10, 21)]
+    control.keys.interpolate(Interpolation.BEZIER)
+    first, second = control.shot.curves.focus_distance_m.keys
     assert first.interpolation is Interpolation.BEZIER is not second.interpolation
-    bezier_values = [desk.shot.lens_at(frame).focus_distance_m for frame in range(10, 21)]
+    bezier_values = [control.shot.lens_at(frame).focus_distance_m for frame in range(10, 21)]
     assert bezier_values == pytest.approx(values, rel=1e-6)  # on the same path
-    desk.keys.interpolate(Interpolation.HOLD)
-    assert desk.shot.lens_at(19).focus_distance_m == 2.0
+    control.keys.interpolate(Interpolation.HOLD)
+    assert control.shot.lens_at(19).focus_distance_m == 2.0
 
 
 def test_ease_bends_only_the_segment_on_its_side_of_the_key():
-    desk = KeyDesk(KEYED.with_key(30, FOCUS, 2.0))
-    desk.keys.select_between(FOCUS, 20, 20)
-    desk.keys.ease(70.0, is_out=True)
-    before, middle, after = desk.shot.curves.focus_distance_m.keys
+    control = KeyControl(KEYED.with_key(30, FOCUS, 2.0))
+    control.keys.select_between(FOCUS, 20, 20)
+    control.keys.ease(70.0, is_out=True)
+    before, middle, after = control.shot.curves.focus_distance_m.keys
     assert middle.ease_out.influence_percent == 70.0
     assert middle.interpolation is Interpolation.BEZIER is not before.interpolation
-    desk.keys.ease(40.0, is_out=False)
-    before, middle, after = desk.shot.curves.focus_distance_m.keys
+    control.keys.ease(40.0, is_out=False)
+    before, middle, after = control.shot.curves.focus_distance_m.keys
     assert middle.ease_in.influence_percent == 40.0 and middle.ease_out.influence_percent == 70.0
     assert before.interpolation is Interpolation.BEZIER is not after.interpolation
-    assert desk.editing.is_unsettled  # a drag of the number is one step
-    desk.keys.ease(140.0, is_out=True)
-    assert "0 to 100 %" in desk.messages[-1]
-    desk.keys.select_between(FOCUS, 10, 10)
-    desk.keys.ease(40.0, is_out=False)  # nothing lies before the first key
-    assert desk.shot.curves.focus_distance_m.keys[0].ease_in.influence_percent == 40.0
+    assert control.editing.is_unsettled  # a drag of the number is one step
+    control.keys.ease(140.0, is_out=True)
+    assert "0 to 100 %" in control.messages[-1]
+    control.keys.select_between(FOCUS, 10, 10)
+    control.keys.ease(40.0, is_out=False)  # nothing lies before the first key
+    assert control.shot.curves.focus_distance_m.keys[0].ease_in.influence_percent == 40.0
 
 
 def test_checked_names_frame_of_impossible_lens_between_keys():
@@ -239,8 +242,8 @@ def slide(shot, chosen, frames, up):
     return key_choice.move_keys(shot, chosen, frames)
 
 
-class MouseDesk(KeyDesk):
-    """A key desk whose keys are pressed and dragged with the mouse."""
+class MouseControl(KeyControl):
+    """A key control whose keys are pressed and dragged with the mouse."""
 
     def __init__(self, shot=KEYED):
         super().__init__(shot)
@@ -266,7 +269,7 @@ def test_nearest_and_inside_find_keys_by_position():
 
 
 def test_click_chooses_key_and_row_and_shift_click_toggles():
-    mouse = MouseDesk()
+    mouse = MouseControl()
     mouse.press(202, 78)
     assert mouse.keys.selection == {KeyId(STOP, 20)} and mouse.keys.rows.selected_row is STOP
     assert mouse.drag.is_dragging and mouse.drag.box_corner is None
@@ -284,7 +287,7 @@ def test_click_chooses_key_and_row_and_shift_click_toggles():
 
 
 def test_drag_moves_chosen_keys_relative_to_their_start():
-    mouse = MouseDesk(KEYED.with_key(25, FOCUS, 6.0))
+    mouse = MouseControl(KEYED.with_key(25, FOCUS, 6.0))
     mouse.press(200, 50)
     mouse.move(251, 50)  # over the key at 25
     assert mouse.frames() == [10, 25]
@@ -306,7 +309,7 @@ def test_drag_passes_frames_and_height_to_its_move_function():
         ups.append((frames, up))
         return shot, chosen
 
-    mouse = MouseDesk()
+    mouse = MouseControl()
     mouse.press(200, 50)
     mouse.move(214, 20, lift)
     mouse.move(216, 60, lift)
@@ -314,7 +317,7 @@ def test_drag_passes_frames_and_height_to_its_move_function():
 
 
 def test_ctrl_drag_moves_all_later_keys_and_stops_at_earlier_key():
-    mouse = MouseDesk(KEYED.with_key(25, FOCUS, 6.0))
+    mouse = MouseControl(KEYED.with_key(25, FOCUS, 6.0))
     mouse.press(200, 50, ctrl=True)
     mouse.move(240, 50)
     assert mouse.frames() == [10, 24, 29] and mouse.frames(STOP) == [24]
@@ -327,7 +330,7 @@ def test_ctrl_drag_moves_all_later_keys_and_stops_at_earlier_key():
 
 
 def test_box_drag_chooses_keys_and_shift_adds_to_them():
-    mouse = MouseDesk()
+    mouse = MouseControl()
     mouse.press(90, 40)
     assert mouse.drag.box_corner == (90, 40)
     mouse.move(110, 60)
@@ -341,7 +344,7 @@ def test_box_drag_chooses_keys_and_shift_adds_to_them():
 
 
 def test_drag_to_impossible_lens_reports_and_changes_nothing():
-    mouse = MouseDesk()
+    mouse = MouseControl()
     mouse.press(200, 50)
 
     def too_near(shot, chosen, frames, up):

@@ -68,13 +68,13 @@ def test_new_kind_of_mark_works_in_command_line_and_shot_file(tmp_path, capsys):
 
 
 def test_new_kind_of_mark_is_measured_in_window_and_pull_sheet(session):
-    mark, desk = RowMark("A", 3), session.time
+    mark, control = RowMark("A", 3), session.time
     session.editing.do(replace(session.editing.shot, marks=(mark,)))
-    assert desk.marks.distances.distance_m(mark) == NEAR_M
-    run_until(session, lambda: desk.timeline.cache.get(FIRST + 3) is not None, "some frames")
-    (track,) = desk.mark_tracks()
+    assert control.marks.distances.distance_m(mark) == NEAR_M
+    run_until(session, lambda: control.timeline.cache.get(FIRST + 3) is not None, "some frames")
+    (track,) = control.mark_tracks()
     assert track.name == "A" and track.lines[0][0] == (FIRST, 1 / NEAR_M)
-    desk.marks.follow(mark)
+    control.marks.follow(mark)
     run_until(session, lambda: session.editing.shot.curves.focus_distance_m.keys, "the focus")
     assert session.editing.shot.lens_at(LAST).focus_distance_m == pytest.approx(NEAR_M, rel=1e-3)
     renderer = SimpleNamespace(scene=None, pose_at=lambda shot, frame: None)

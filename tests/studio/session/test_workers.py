@@ -33,11 +33,15 @@ def session(tmp_path):
     session.close()
 
 
-def test_session_workers_include_every_worker_of_its_desks(session):
-    """Each attribute of the session and its desks that is a worker is in `session.workers`."""
-    desks = session, session.pictures, session.time, session.lens, session.scenes, session.files
-    desk_workers = {id(v) for desk in desks for v in vars(desk).values() if isinstance(v, Worker)}
-    assert len(desk_workers) > 12 and desk_workers <= {id(worker) for worker in session.workers}
+def test_session_workers_include_every_worker_of_its_controls(session):
+    """Each attribute of the session and its controls that is a worker is in `session.workers`."""
+    controls = session, session.pictures, session.time, session.lens, session.scenes, session.files
+    control_workers = {
+        id(v) for control in controls for v in vars(control).values() if isinstance(v, Worker)
+    }
+    assert len(control_workers) > 12 and control_workers <= {
+        id(worker) for worker in session.workers
+    }
 
 
 def test_added_worker_is_polled_waited_for_and_closed(session):

@@ -84,7 +84,7 @@ def test_each_lens_parameter_has_row_curve_option_and_control(parameter):
 
 def test_lens_dots_draw_a_key_dot_for_each_parameter(monkeypatch):
     dots = []
-    monkeypatch.setattr(dope_sheet, "key_dot", lambda _desk, row, *_place: dots.append(row))
+    monkeypatch.setattr(dope_sheet, "key_dot", lambda _control, row, *_place: dots.append(row))
     monkeypatch.setattr(dope_sheet.imgui, "get_font_size", lambda: 10.0)
     dope_sheet.lens_dots(None, {it.control: (0.0, 0.0, 1.0, 1.0) for it in LensParameter})
     assert dots == list(LensParameter)

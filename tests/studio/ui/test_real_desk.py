@@ -34,7 +34,7 @@ FIRST, LAST = 1001, 1400
 
 
 @pytest.fixture
-def desk() -> Iterator[Screen]:
+def control() -> Iterator[Screen]:
     """Return a screen on which a window manager runs."""
     if shutil.which("openbox") is None:
         pytest.skip("openbox is missing: apt-get install openbox")
@@ -73,26 +73,26 @@ def toggle_twice(window: Window, *words: object) -> None:
 
 
 def test_real_window_handles_chords_full_screen_and_second_window(
-    desk: Screen, tmp_path: Path
+    control: Screen, tmp_path: Path
 ) -> None:
     preferences_file = tmp_path / "config" / "preferences.json"
     preferences_file.parent.mkdir()
     preferences_file.write_text(
         json.dumps({"window_size": [3840, 2160]})
     )  # remembered from a larger screen
-    window = Window(desk, tmp_path, room_file(tmp_path / "room.exr"), *QUICK)
+    window = Window(control, tmp_path, room_file(tmp_path / "room.exr"), *QUICK)
     window.activate()
     assert all(0 < side <= limit for side, limit in zip(geometry(window), SCREEN, strict=True))
     toggle_twice(window, "key", "w")  # keys arrive
 
     # Chords without time between their keys: each counts, with its own modifier.
     for key, scale in (("equal", 1.1), ("equal", 1.25), ("minus", 1.1), ("equal", 1.25)):
-        desk.hand("key", "--delay", 0, f"ctrl+{key}")
+        control.hand("key", "--delay", 0, f"ctrl+{key}")
         window.until(partial(scale_is, preferences_file, scale), f"the scale {scale}")
     # One after the other, but not the same key twice in a millisecond: GLFW tells one of the two.
-    desk.hand("key", "--delay", 5, *["ctrl+minus", "w"] * 2, "ctrl+equal")
+    control.hand("key", "--delay", 5, *["ctrl+minus", "w"] * 2, "ctrl+equal")
     window.until(partial(scale_is, preferences_file, 1.1), "the scale after five keys at once")
-    desk.hand("key", "--delay", 0, "ctrl+equal")
+    control.hand("key", "--delay", 0, "ctrl+equal")
     window.until(partial(scale_is, preferences_file, 1.25), "the scale 1.25")
     assert json.loads(preferences_file.read_text())["layout_em"] == 15.0 * 1.25
     for _ in range(3):
@@ -101,9 +101,9 @@ def test_real_window_handles_chords_full_screen_and_second_window(
     # Words typed at once, to their end: a guide that the palette finds, and off again.
     screen_at_rest = window.rest()
     for is_changed in (True, False):
-        desk.hand("key", "--delay", 0, "ctrl+shift+p")
-        desk.hand("type", "--delay", 0, "safe areas")
-        desk.hand("key", "--delay", 0, "Return")
+        control.hand("key", "--delay", 0, "ctrl+shift+p")
+        control.hand("type", "--delay", 0, "safe areas")
+        control.hand("key", "--delay", 0, "Return")
         window.until(
             lambda expected=is_changed: (window.rest() != screen_at_rest) == expected, "the guide"
         )
@@ -127,21 +127,21 @@ def test_real_window_handles_chords_full_screen_and_second_window(
 
 def _hold_alt(window: Window) -> None:
     """Check that Alt shows the pinhole picture while it is held, and Alt+Tab does not."""
-    desk = window.screen
+    control = window.screen
     window.move(500, 450)
     window.rest()
     sharp = _corner(window)
-    desk.hand("keydown", "alt")
+    control.hand("keydown", "alt")
     window.until(lambda: bool((_corner(window) != sharp).any()), "the pinhole picture")
-    desk.hand("keyup", "alt")
+    control.hand("keyup", "alt")
     window.until(lambda: bool((_corner(window) == sharp).all()), "the picture again")
     shown = window.seen()
-    desk.hand("keydown", "alt", "key", "Tab")
+    control.hand("keydown", "alt", "key", "Tab")
     window.until(lambda: window.seen() != shown, "the list of windows")
     time.sleep(2 * HOLD_S)
     window.rest()
     assert (_corner(window) == sharp).all()
-    desk.hand("keyup", "alt")
+    control.hand("keyup", "alt")
     window.until(lambda: window.seen() == shown, "the end of the list")
 
 
@@ -206,7 +206,7 @@ def has_color(window: Window, color: Any) -> bool:
 
 
 def test_real_window_keys_compares_and_exports_a_shot(
-    desk: Screen, tmp_path: Path, session_context: Device
+    control: Screen, tmp_path: Path, session_context: Device
 ) -> None:
     shot = sequence(tmp_path)
     preferences_file = tmp_path / "config" / "preferences.json"
@@ -214,7 +214,7 @@ def test_real_window_keys_compares_and_exports_a_shot(
     preferences_file.write_text(json.dumps({"keep_frames": False}))  # it would never come to rest
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as a shell script starts it with &
     try:
-        window = Window(desk, tmp_path, shot, title="pull.heatlens.json")
+        window = Window(control, tmp_path, shot, title="pull.heatlens.json")
     finally:
         signal.signal(signal.SIGINT, before)
     window.activate()
@@ -287,12 +287,12 @@ def _export_and_close(window: Window, shot: Path, twin: Twin) -> None:
     assert {path.suffix for path in written_files} <= {".exr"}
 
 
-def test_interrupt_ends_real_window_and_keeps_the_autosave(desk: Screen, tmp_path: Path) -> None:
+def test_interrupt_ends_real_window_and_keeps_the_autosave(control: Screen, tmp_path: Path) -> None:
     plate = room_file(tmp_path / "room.exr")
-    window = Window(desk, tmp_path, plate, *QUICK)
+    window = Window(control, tmp_path, plate, *QUICK)
     window.activate()
     autosave = autosave_path(unnamed_path(tmp_path / "config", str(plate)))
-    window.until(lambda: bool(desk.hand("key", "m")) or autosave.exists(), "the autosave")
+    window.until(lambda: bool(control.hand("key", "m")) or autosave.exists(), "the autosave")
     window.rest()
     window.process.send_signal(signal.SIGINT)
     assert window.closed() == (130, "heatlens: stopped\n")

@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.shot_file import autosave_path, read_shot, write_autosave, write_shot
-from heatlens.studio.board.desks import FileDesk
+from heatlens.studio.board.controls import FileControl
 from heatlens.studio.settings.preferences import PreferenceValues
 from support.gui import Gui
 from support.sequences import FIRST
@@ -25,7 +25,7 @@ def film(session_context, tmp_path_factory) -> Iterator[Gui]:
         yield gui
 
 
-def reset_documents(files: FileDesk) -> None:
+def reset_documents(files: FileControl) -> None:
     """Reset the documents and autosaves of earlier tests."""
     documents = files.documents
     documents.path = documents.offer = None

@@ -8,7 +8,7 @@ from heatlens.core.base.messages import Messages
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.view.view_geometry import Pixel
-from heatlens.studio.board.desks import FileDesk, PictureDesk, TimeDesk
+from heatlens.studio.board.controls import FileControl, PictureControl, TimeControl
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.shot.editing import Editing
 
@@ -40,9 +40,9 @@ class Facts:
 
     _source: OpenSource
     _editing: Editing
-    _pictures: PictureDesk
-    _time: TimeDesk
-    _files: FileDesk
+    _pictures: PictureControl
+    _time: TimeControl
+    _files: FileControl
     _messages: Messages
 
     shot = _Fact(lambda facts: facts._editing.shot)

@@ -19,7 +19,7 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu import shader_reload
 from heatlens.render.preview.speed import Speed
 from heatlens.render.source.opened import Opened
-from heatlens.studio.board.desks import FileDesk, LensDesk, PictureDesk, TimeDesk
+from heatlens.studio.board.controls import FileControl, LensControl, PictureControl, TimeControl
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
@@ -96,7 +96,7 @@ _NOBODY = FrontEnd()
 class Session:
     """The open document, its commands and its facts; a front end drives it.
 
-    The commands are on the desks `pictures`, `time`, `lens`, `scenes` and `files`; `facts` has the
+    The commands are in `pictures`, `time`, `lens`, `scenes` and `files`; `facts` has the
     current state. The turns of a loop call `poll`, `work` and `note_drawn`, see `LoopTurn`.
     """
 
@@ -127,13 +127,13 @@ class Session:
         shared = Shared(source, editing, self.preferences, command_line, say, self.say_error, wake)
         self.scenes = SceneCommands(shared)
         timeline = Timeline(shared, lambda: self.files.reel.play_next_shot())
-        self.pictures = pictures = PictureDesk(shared, timeline, frames_folder)
+        self.pictures = pictures = PictureControl(shared, timeline, frames_folder)
         speed = Speed(is_software=is_software, has_window=front_end.has_window)
-        self.lens = lens = LensDesk(shared)
-        self.time = time = TimeDesk(
+        self.lens = lens = LensControl(shared)
+        self.time = time = TimeControl(
             *(shared, timeline, pictures, lens, self.scenes, speed, front_end.screen)
         )
-        self.files = FileDesk(shared, pictures, timeline, frames_folder)
+        self.files = FileControl(shared, pictures, timeline, frames_folder)
         self.facts = Facts(source, editing, pictures, time, self.files, self.messages)
         self._lost_surfaces = LostSurfaces(shared)
         # Polled in this order in each frame of the window.

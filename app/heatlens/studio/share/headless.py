@@ -104,7 +104,7 @@ class HeadlessLoop:
     def _displayed_picture(self) -> DisplayedPicture | None:
         """Return the picture as the window would show it; None while there is none."""
         facts = self._session.facts
-        desk = self._session.pictures
+        control = self._session.pictures
         shown = self._session.facts.shown_picture
         if facts.plate is None or shown is None:
             return None
@@ -113,8 +113,8 @@ class HeadlessLoop:
         windows = self._cached_screen.windows(shown) or facts.windows()
         if isinstance(shown, CachedFrame):
             return DisplayedPicture(self._cached_screen.texture(shown, view), *windows)
-        loaded = desk.renderer.loaded
-        picture = self._screen.a(shown, desk.sides.outputs, loaded, view, shown.texture)
+        loaded = control.renderer.loaded
+        picture = self._screen.a(shown, control.sides.outputs, loaded, view, shown.texture)
         is_of_plate = shown.plate == facts.plate_version and view.depth_of_field
         detail = self._screen.detail(shown, loaded, view) if is_of_plate else None
         return DisplayedPicture(picture, *windows, detail, self._overlay(shown))

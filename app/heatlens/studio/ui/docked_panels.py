@@ -12,7 +12,7 @@ from heatlens.media.plate.plate import depth_span
 from heatlens.render.display.probe import visible_depth_m
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.studio.board.board import Board
-from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.board.plan import PlanDrawer
 from heatlens.studio.board.session import Session
 from heatlens.studio.ui import widgets
@@ -241,9 +241,9 @@ _FRAMING_TIP = (
 )
 
 
-def size_row(desk: TimeDesk) -> None:
+def size_row(control: TimeControl) -> None:
     """Draw the choice of the mark that keeps its size while the focal length changes."""
-    size = desk.scenes.size
+    size = control.scenes.size
     words: dict[str | None, str] = {None: _NO_MARK_WORDS} | {
         name: f"camera moves, {name} keeps its size" for name in size.names
     }

@@ -10,7 +10,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.view.ui_sizes import scaled_layout
 from heatlens.studio.board.command import MENUS, Command
-from heatlens.studio.board.desks import FileDesk
+from heatlens.studio.board.controls import FileControl
 from heatlens.studio.ui import rects, texts, topmost
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.timeline.view import TimelineView
@@ -29,7 +29,7 @@ _LEFT, _RIGHT = imgui.Key.left_arrow, imgui.Key.right_arrow
 _RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and length of its folder's text
 
 
-def menu_bar(files: FileDesk, ui: UiState, commands: Sequence[Command]) -> Command | None:
+def menu_bar(files: FileControl, ui: UiState, commands: Sequence[Command]) -> Command | None:
     """Draw the menus; return the command that was chosen in this frame."""
     picked_action = None
     if not imgui.begin_main_menu_bar():
@@ -49,7 +49,7 @@ def menu_bar(files: FileDesk, ui: UiState, commands: Sequence[Command]) -> Comma
     return picked_action
 
 
-def _menu_content(files: FileDesk, ui: UiState, commands: Sequence[Command]) -> Command | None:
+def _menu_content(files: FileControl, ui: UiState, commands: Sequence[Command]) -> Command | None:
     """Draw the groups of a menu and its submenus; return the command that was chosen."""
     picked_action: Command | None = None
     last_submenu: str | None = None
@@ -98,7 +98,7 @@ def _neighbor_menu(menu: str) -> str:
     return _TITLES[(_TITLES.index(menu) + (1 if right else -1)) % len(_TITLES)]
 
 
-def _open_recent(files: FileDesk, ui: UiState) -> Command | None:
+def _open_recent(files: FileControl, ui: UiState) -> Command | None:
     """Draw the submenu of recent files that still exist; return a command that opens the chosen."""
     if imgui.is_window_appearing():
         files.recent.check()

@@ -14,7 +14,7 @@ from heatlens.render.display.screen_pictures import ScreenPictures, layer_limits
 from heatlens.render.gpu.device import Framebuffer, Sampling
 from heatlens.render.rendered_frames.screen_work import ScreenWork
 from heatlens.studio.board.board import Board
-from heatlens.studio.board.desks import LensDesk, PictureDesk
+from heatlens.studio.board.controls import LensControl, PictureControl
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.board.lessons import Lessons
 from heatlens.studio.board.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook
@@ -47,24 +47,24 @@ class PictureWindow:
         self,
         facts: Facts,
         board: Board,
-        desk: PictureDesk,
+        control: PictureControl,
         lessons: Lessons,
         ui: UiState,
         screen: ScreenPictures,
         cached_screen: ScreenWork,
-        lens: LensDesk,
+        lens: LensControl,
         is_keyboard_taken: Callable[[], bool],
     ) -> None:
-        self._facts, self._board, self._desk = facts, board, desk
+        self._facts, self._board, self._control = facts, board, control
         self._ui = ui
-        self._picture_collector = SeenPictures(facts, desk, screen, cached_screen)
-        ctx = desk.renderer.ctx
+        self._picture_collector = SeenPictures(facts, control, screen, cached_screen)
+        ctx = control.renderer.ctx
         self._start_screen = StartScreen(ctx)
         self._notice = StreamNotice()
         self._lessons = lessons
         self._lens_commands = lens.commands
         self._loupe = Loupe(self._lens_commands.find_surfaces, self._lens_commands.names_of)
-        self.viewport = ViewportPanel(ctx, desk.view)
+        self.viewport = ViewportPanel(ctx, control.view)
         self.hovered_px: tuple[int, int] | None = (
             None  # pixel of the display window under the pointer
         )
@@ -83,7 +83,7 @@ class PictureWindow:
         self._begin_window()
         imgui.pop_style_var()
         is_held_off = self.alt.update(self.hovered_px is not None)
-        self._desk.view.is_lens_held_off = is_held_off
+        self._control.view.is_lens_held_off = is_held_off
         has_picture = self._facts.plate is not None and self._facts.shown_picture is not None
         if is_visible or not has_picture:
             self.pictures = self._picture_collector.collect()
@@ -167,22 +167,22 @@ class PictureWindow:
             cell_view = replace(picture_view, viewport=cell, geometry=cell_geometry)
             draw_guides(view.guides, pictures.shape, cell_view, self._facts.crop)
         if not pictures.tiles:
-            draw_ruler(self._desk, self._facts, self.hovered_px)
+            draw_ruler(self._control, self._facts, self.hovered_px)
         if not (pictures.tiles or hides_words):
-            draw_point_marks(self._facts, self._desk.view)
+            draw_point_marks(self._facts, self._control.view)
             self._draw_legend()
             self._draw_loupe(pictures)
         if self._facts.beats_left:
             draw_beat(self._facts.beats_left, picture_view.viewport)
         if not (self._ui.is_bare or pictures.tiles):
-            draw_lessons(self._lessons, self._desk.view.viewport, hides_words)
+            draw_lessons(self._lessons, self._control.view.viewport, hides_words)
         stream = self._facts.stream
         if stream is not None and stream.is_shown:
-            self._notice.draw(stream, self._desk.view.viewport)
+            self._notice.draw(stream, self._control.view.viewport)
 
     def _draw_loupe(self, pictures: Pictures) -> None:
         """Draw the loupe if it is on or Ctrl is held, unless a button is down or A is compared."""
-        facts, ruler, pixel = self._facts, self._desk.commands.ruler, self.hovered_px
+        facts, ruler, pixel = self._facts, self._control.commands.ruler, self.hovered_px
         is_plain = facts.view.compare is Compare.OFF and not (
             facts.plays_cached_frames or ruler.is_on
         )
@@ -192,14 +192,14 @@ class PictureWindow:
         is_shown = is_plain and (facts.view.loupe or is_held)
         if not is_shown or pixel is None or imgui.is_any_mouse_down():
             return
-        pinhole, picture_view = self._picture_collector.pinhole(), self._desk.view
+        pinhole, picture_view = self._picture_collector.pinhole(), self._control.view
         enlarged = self._loupe.draw(facts, picture_view, pictures, pinhole, pixel)
         if enlarged is not None:
             self._place_enlarged(enlarged)
 
     def _draw_mark_loupe(self, mark: str) -> None:
         """Draw the loupe of a mark whose flag is under the pointer, unless A is compared."""
-        facts, picture_view, pictures = self._facts, self._desk.view, self.pictures
+        facts, picture_view, pictures = self._facts, self._control.view, self.pictures
         mark_point = mark_in_window(facts, picture_view, mark)
         if (
             mark_point is not None
@@ -245,14 +245,14 @@ class PictureWindow:
         facts, view = self._facts, self._facts.view
         if not view.has_overlay or view.compare is Compare.FLIP or not facts.has_lens:
             return
-        plate = self._desk.renderer.loaded.plate
-        optics = self._desk.renderer.optics(facts.seen_shot, facts.frame)
+        plate = self._control.renderer.loaded.plate
+        optics = self._control.renderer.optics(facts.seen_shot, facts.frame)
         sharp_width_px = sharp_px(facts.lens, plate.display_window.width)
         limits_px = layer_limits_px(optics, facts.seen_shot)
         numbers = legend_facts(optics, sharp_width_px, limits_px, plate.depth, view.unit)
         legend = legend_entries(view.overlay, numbers, view.peaking if view.is_peaking else None)
         is_right = bool(self._lessons.remaining)  # the lessons are at the left
-        draw_legend(legend, self._desk.view.viewport, is_right)
+        draw_legend(legend, self._control.view.viewport, is_right)
 
     def _apply_gestures(self, result: ViewportResult) -> None:
         """Apply the mouse gestures: view, camera, focus, ruler, marks and tiles."""
@@ -266,7 +266,7 @@ class PictureWindow:
             self._choose_tile(result.tile)
         if result.focus_px is None:
             return
-        io, ruler = imgui.get_io(), self._desk.commands.ruler
+        io, ruler = imgui.get_io(), self._control.commands.ruler
         is_clicked = imgui.is_mouse_clicked(imgui.MouseButton_.left)
         if ruler.is_on:
             (ruler.press if is_clicked else ruler.drag)(result.focus_px)

@@ -61,7 +61,7 @@ class Screen:
         self._session = session
         self.turn = LoopTurn(session, pictures)
         self._board = board = Board(session, self._make_still)
-        files, time, desk = session.files, session.time, session.pictures
+        files, time, control = session.files, session.time, session.pictures
         say, facts = session.messages.say, session.facts
         self.sharing = WindowSharing(session, board, sharing)
         self.ui = UiState(time, files, session.preferences, say, wake, self.sharing)
@@ -72,10 +72,10 @@ class Screen:
         self._pictures, cached_screen = pictures, time.frames_ahead.screen
         lessons = Lessons(session.editing, time.marks)
         self.picture = PictureWindow(
-            *(facts, board, desk, lessons, self.ui, self._pictures, cached_screen),
+            *(facts, board, control, lessons, self.ui, self._pictures, cached_screen),
             *(session.lens, is_keyboard_taken),
         )
-        self.status = StatusBar(facts, desk, self.ui, cached_screen)
+        self.status = StatusBar(facts, control, self.ui, cached_screen)
         self._panels = DockedPanels(session, board, self.ui, self._pictures)
 
     def _make_still(self) -> str | None:

@@ -18,7 +18,7 @@ from heatlens.core.model.view.overlays import overlays_by_name
 from heatlens.deliver.export.options import ExportOptions
 from heatlens.studio.board.board import Board, Changeable
 from heatlens.studio.board.command import Command
-from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.settings.preferences import Theme
 from heatlens.studio.ui.seek import show_setting
@@ -82,7 +82,7 @@ _SYNONYMS = {
 }
 
 
-def setting_places(facts: Facts, desk: TimeDesk, ui: UiState) -> tuple[Command, ...]:
+def setting_places(facts: Facts, control: TimeControl, ui: UiState) -> tuple[Command, ...]:
     """Return a command for each setting, and for each former panel, which shows its place."""
     places = [(panel, words) for panel, settings in SETTINGS.items() for words in settings]
     return tuple(
@@ -90,18 +90,18 @@ def setting_places(facts: Facts, desk: TimeDesk, ui: UiState) -> tuple[Command, 
             words,
             partial(_open_panel, ui, panel, words),
             menu=f"{panel} tab",
-            barred=partial(_why_not, facts, desk, panel, words),
+            barred=partial(_why_not, facts, control, panel, words),
             synonyms=(*_FORMER_NAMES.get(panel, ()), *_SYNONYMS.get(words, ())),
         )
         for panel, words in (*places, *((panel, name) for name, panel in FORMER_PANELS.items()))
     )
 
 
-def _why_not(facts: Facts, desk: TimeDesk, panel: str, words: str) -> str:
+def _why_not(facts: Facts, control: TimeControl, panel: str, words: str) -> str:
     """Return the reason why a setting of a panel is unavailable; "" if it is not."""
     if panel == "Source" and words in _SCENE_SETTINGS and not facts.has_camera:
         return "Only a scene has this setting, and none is open."
-    if panel == "Timeline" and not desk.timeline.has_time:
+    if panel == "Timeline" and not control.timeline.has_time:
         return "A timeline needs a source with several frames."
     return ""
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from imgui_bundle import imgui
 
 from heatlens.core.model.view.ui_sizes import next_scale, scaled_layout, with_scale
-from heatlens.studio.board.desks import FileDesk, TimeDesk
+from heatlens.studio.board.controls import FileControl, TimeControl
 from heatlens.studio.board.key_drag import KeyDrag, KeyStretch
 from heatlens.studio.settings.preferences import Preferences, Theme
 from heatlens.studio.ui import theme
@@ -103,8 +103,8 @@ class UiState:
 
     def __init__(
         self,
-        time: TimeDesk,
-        files: FileDesk,
+        time: TimeControl,
+        files: FileControl,
         preferences: Preferences,
         say: Callable[[str], None],
         wake: Callable[[], None],

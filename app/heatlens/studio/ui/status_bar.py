@@ -15,7 +15,7 @@ from heatlens.deliver.farm.export_process import ExportRun, ExportState
 from heatlens.render.display.probe import PictureReader, probe_at, probe_text
 from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.rendered_frames.screen_work import CachedFrame, ScreenWork
-from heatlens.studio.board.desks import PictureDesk
+from heatlens.studio.board.controls import PictureControl
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import rects, theme, widgets
 from heatlens.studio.ui.state import UiState
@@ -117,24 +117,24 @@ class StatusBar:
     def __init__(
         self,
         facts: Facts,
-        desk: PictureDesk,
+        control: PictureControl,
         ui: UiState,
         cached_screen: ScreenWork,
     ) -> None:
-        self._facts, self._desk = facts, desk
+        self._facts, self._control = facts, control
         self._ui, self._cached_screen = ui, cached_screen
-        self._reader = PictureReader(desk.renderer.ctx)
+        self._reader = PictureReader(control.renderer.ctx)
 
     def draw(self, hovered_px: tuple[int, int] | None) -> None:
         """Draw the bar; `hovered_px` is the pixel of the display window under the pointer.
 
         The readout is at the left with the message beside it; export and sides are at the right.
         """
-        facts, desk, em = self._facts, self._desk, imgui.get_font_size()
+        facts, control, em = self._facts, self._control, imgui.get_font_size()
         reference = None if facts.reference is None else facts.reference.path.name
-        sides = sides_words(facts.view, desk, reference, facts.shown_picture)
-        if sides and desk.view.is_drawn:
-            sides = f"{sides}    {zoom_words(desk.view.zoom)}"
+        sides = sides_words(facts.view, control, reference, facts.shown_picture)
+        if sides and control.view.is_drawn:
+            sides = f"{sides}    {zoom_words(control.view.zoom)}"
         run = self._ui.files.exports.run
         right_x = imgui.get_window_width() - _EDGE_EM * em
         export_width = export_bar_width(run, self._ui)
@@ -249,7 +249,7 @@ def mouse_words(has_camera: bool) -> str:
 
 
 def sides_words(
-    view: ViewState, desk: PictureDesk, reference: str | None, picture_a: ShownPicture | None
+    view: ViewState, control: PictureControl, reference: str | None, picture_a: ShownPicture | None
 ) -> str:
     """Return for example "A: diffusion    B: gather"; only A if B is not shown.
 
@@ -262,14 +262,14 @@ def sides_words(
         return a
     if view.compare is Compare.GRID:
         return "looks side by side"
-    if view.a_look and desk.sides.picture_of_a(view) is not None:
-        a = _look_words(view.a_look, desk)
-    return f"A: {a}    B: {_b_words(view, desk, reference)}"
+    if view.a_look and control.sides.picture_of_a(view) is not None:
+        a = _look_words(view.a_look, control)
+    return f"A: {a}    B: {_b_words(view, control, reference)}"
 
 
-def _look_words(name: str, desk: PictureDesk) -> str:
+def _look_words(name: str, control: PictureControl) -> str:
     """Return the name of a look, marked as a preview until its whole picture is rendered."""
-    return f"look {name}, preview" if desk.sides.is_unfinished(name) else f"look {name}"
+    return f"look {name}, preview" if control.sides.is_unfinished(name) else f"look {name}"
 
 
 def side_words(picture: ShownPicture) -> str:
@@ -280,11 +280,11 @@ def side_words(picture: ShownPicture) -> str:
     return str(requested.method) if picture.is_whole else f"{requested.method}, preview"
 
 
-def _b_words(view: ViewState, desk: PictureDesk, reference: str | None) -> str:
+def _b_words(view: ViewState, control: PictureControl, reference: str | None) -> str:
     """Return what side B shows: a look, another method, the reference, or the pinhole picture."""
-    picture_b = desk.sides.picture_of_b(view)
+    picture_b = control.sides.picture_of_b(view)
     if view.against is Against.LOOK and picture_b is not None:
-        return _look_words(view.b_look, desk)
+        return _look_words(view.b_look, control)
     if picture_b is not None:
         return side_words(picture_b)
     if view.against is Against.REFERENCE and reference is not None:

@@ -14,7 +14,7 @@ from heatlens.core.base.messages import Problem
 from heatlens.core.base.outside_text import printable
 from heatlens.media.sequence.folder_list import Entry
 from heatlens.media.sequence.folder_walk import ChosenFile, FolderWalk
-from heatlens.studio.board.desks import FileDesk
+from heatlens.studio.board.controls import FileControl
 from heatlens.studio.settings.file_purposes import PURPOSES
 from heatlens.studio.ui import rects, texts, theme, topmost, widgets
 
@@ -27,7 +27,7 @@ class FileDialogs:
     """A dialog over the window that asks for a file, and applies the choice."""
 
     def __init__(
-        self, files: FileDesk, say: Callable[[str], None], wake: Callable[[], None]
+        self, files: FileControl, say: Callable[[str], None], wake: Callable[[], None]
     ) -> None:
         self._files, self._say, self._wake = files.commands, say, wake
         self.walk: FolderWalk | None = None

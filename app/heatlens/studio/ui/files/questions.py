@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.depth_words import DepthSide
 from heatlens.deliver.farm.export_process import ExportRun
-from heatlens.studio.board.desks import FileDesk
+from heatlens.studio.board.controls import FileControl
 from heatlens.studio.ui import topmost, widgets
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.status_bar import export_words
@@ -140,7 +140,7 @@ def save_question(ui: UiState) -> None:
             ui.dialogs.ask("save shot")
 
 
-def shot_question(files: FileDesk) -> None:
+def shot_question(files: FileControl) -> None:
     """Draw the question while there are unsaved changes to recover."""
     offer = files.documents.offer
     if offer is None:

@@ -15,7 +15,7 @@ from heatlens.deliver.export.options import ExportOptions, options_in_panel
 from heatlens.deliver.farm.connection import parse_address
 from heatlens.deliver.farm.export_place import ExportPlace, Where
 from heatlens.deliver.farm.export_process import ExportState
-from heatlens.studio.board.desks import FileDesk, PictureDesk
+from heatlens.studio.board.controls import FileControl, PictureControl
 from heatlens.studio.settings.export_settings import (
     CAMERA_KINDS,
     ExportSettings,
@@ -49,7 +49,7 @@ class PressedButton(StrEnum):
     AGREE = "agree"
 
 
-def draw_exports(files: FileDesk, pictures: PictureDesk) -> None:
+def draw_exports(files: FileControl, pictures: PictureControl) -> None:
     """Draw the panel in the current window, and run the command of a pressed button."""
     exports, cluster = files.exports, pictures.cluster
     exports.propose()

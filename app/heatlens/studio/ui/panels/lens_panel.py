@@ -29,7 +29,7 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.units import format_distance, label_distance
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.coc_line import nudge_lens
-from heatlens.studio.board.desks import LensDesk
+from heatlens.studio.board.controls import LensControl
 from heatlens.studio.ui import rects, texts, theme, widgets
 
 _LIMITS_EM = 20.0  # below this width, four equal columns would cut their text
@@ -265,9 +265,9 @@ def _sensor_rows(lens: Lens, say: Say) -> Lens:
     return replace(lens, sensor_width_mm=width_mm)
 
 
-def kit_panel(kit: LensKit | None, lens: Lens, desk: LensDesk) -> None:
+def kit_panel(kit: LensKit | None, lens: Lens, control: LensControl) -> None:
     """Draw the choice of the kit and of its lens, and the limits of that lens."""
-    commands = desk.commands.kits
+    commands = control.commands.kits
     kit_name = None if kit is None else kit.name
     words: dict[str | None, str] = {None: _NO_KIT} | {name: name for name in commands.names}
     tip = "A set of lenses. It limits focal length, f-stop and focus."

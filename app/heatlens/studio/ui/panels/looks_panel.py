@@ -13,7 +13,7 @@ from heatlens.core.model.view.view import GRID_MOST, Compare
 from heatlens.media.files.still_text import pixels_of_still, still_of
 from heatlens.render.gpu.device import Texture
 from heatlens.studio.board.board import Board
-from heatlens.studio.board.desks import PictureDesk
+from heatlens.studio.board.controls import PictureControl
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.picture.grid import Pictures
@@ -29,10 +29,10 @@ _MAX_STILLS = 64
 class LookStills:
     """Thumbnails of looks: stored in the looks, or taken while the whole picture shows a look."""
 
-    def __init__(self, facts: Facts, desk: PictureDesk) -> None:
+    def __init__(self, facts: Facts, control: PictureControl) -> None:
         self._facts = facts
-        self._desk = desk
-        self._ctx = desk.renderer.ctx
+        self._control = control
+        self._ctx = control.renderer.ctx
         self._picture = PictureAlone(self._ctx)
         self._textures: dict[tuple[object, ...], Texture | None] = {}
 
@@ -64,7 +64,7 @@ class LookStills:
 
     def take_thumbnail(self, pictures: Pictures | None) -> None:
         """Take a thumbnail if the picture shows a look without one; call this once a frame."""
-        picture = self._desk.live.output
+        picture = self._control.live.output
         if (
             pictures is None
             or picture is None
@@ -99,7 +99,7 @@ class LookStills:
         return self._ctx.texture((width, height), 4, np.ascontiguousarray(rgba[::-1]).data)
 
 
-def looks_panel(facts: Facts, board: Board, desk: PictureDesk, stills: LookStills) -> None:
+def looks_panel(facts: Facts, board: Board, control: PictureControl, stills: LookStills) -> None:
     """Draw the Looks panel in the current window."""
     tip = "Stores focal length, f-stop, focus and film back under a letter (Shift+L)."
     if widgets.button("Keep this look", "keep look", tip):
@@ -110,25 +110,27 @@ def looks_panel(facts: Facts, board: Board, desk: PictureDesk, stills: LookStill
     with widgets.disabled(not looks):
         tip = "Up to four looks side by side (Shift+W); click one to take it."
         if widgets.button("Leave grid" if is_grid else "Grid", "look grid", tip):
-            desk.looks.toggle_grid()
+            control.looks.toggle_grid()
     imgui.same_line()
     with widgets.disabled(not is_look_b(view)):
         if widgets.button("Wipe off", "look wipe off"):
-            desk.commands.change(compare=Compare.OFF)
+            control.commands.change(compare=Compare.OFF)
     if not looks:
         imgui.text_wrapped("No looks yet. Set up the lens, then Shift+L keeps it as look A.")
     for index, look in enumerate(looks):
-        _look_row(facts, desk, stills, index, look)
+        _look_row(facts, control, stills, index, look)
 
 
-def _look_row(facts: Facts, desk: PictureDesk, stills: LookStills, index: int, look: Look) -> None:
+def _look_row(
+    facts: Facts, control: PictureControl, stills: LookStills, index: int, look: Look
+) -> None:
     """Draw the thumbnail, the name, the lens values and the buttons of a look."""
     em = imgui.get_font_size()
     imgui.push_id(look.name)
     imgui.separator()
     corner = imgui.get_cursor_screen_pos()
     if _still_button(stills.thumbnail(look)):
-        desk.looks.use_number(index)
+        control.looks.use_number(index)
     rects.note(f"look {look.name}")
     texts.tooltip(f"Take this lens again{f' (Ctrl+{index + 1})' if index < 9 else ''}")
     if facts.lens == look.lens:
@@ -138,7 +140,9 @@ def _look_row(facts: Facts, desk: PictureDesk, stills: LookStills, index: int, l
     imgui.same_line()
     imgui.begin_group()
     imgui.set_next_item_width(_NAME_EM * em)
-    name = widgets.text_field(f"look name {look.name}", look.name, look.name, str.strip, desk.say)
+    name = widgets.text_field(
+        f"look name {look.name}", look.name, look.name, str.strip, control.say
+    )
     lens = look.lens
     words = printable(f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}")
     imgui.same_line()
@@ -147,14 +151,14 @@ def _look_row(facts: Facts, desk: PictureDesk, stills: LookStills, index: int, l
     imgui.text_disabled(words)
     rects.note(f"lens of look {look.name}")
     imgui.text_disabled(f"at {texts.measured_label(lens, lens.focus_distance_m, facts.view.unit)}")
-    _look_buttons(facts, desk, look)
+    _look_buttons(facts, control, look)
     imgui.end_group()
     imgui.pop_id()
     if name != look.name:
-        desk.looks.rename(look, name)
+        control.looks.rename(look, name)
 
 
-def _look_buttons(facts: Facts, desk: PictureDesk, look: Look) -> None:
+def _look_buttons(facts: Facts, control: PictureControl, look: Look) -> None:
     """Draw buttons for the sides of the wipe, the grid, and to delete the look."""
     view = facts.view
     is_compared = is_look_b(view)
@@ -162,21 +166,21 @@ def _look_buttons(facts: Facts, desk: PictureDesk, look: Look) -> None:
     if toggle_button(
         "wipe left", f"left {look.name}", is_compared and view.a_look == look.name, tip
     ):
-        desk.looks.compare_as_a(look)
+        control.looks.compare_as_a(look)
     imgui.same_line(0.0, 4.0)
     tip = "Show this look on the right of the wipe"
     if toggle_button(
         "wipe right", f"wipe {look.name}", is_compared and view.b_look == look.name, tip
     ):
-        desk.looks.compare(look)
+        control.looks.compare(look)
     if len(facts.shot.looks) > GRID_MOST:
         is_in_grid = look.name in grid_names(view, facts.shot)
         tip = "Show this look in the grid"
         if toggle_button("grid", f"in grid {look.name}", is_in_grid, tip):
-            desk.looks.toggle_in_grid(look)
+            control.looks.toggle_in_grid(look)
     imgui.same_line(0.0, 4.0)
     if widgets.button("x", f"delete look {look.name}", "Forget this look"):
-        desk.looks.delete(look)
+        control.looks.delete(look)
 
 
 def _still_button(texture: Texture | None) -> bool:

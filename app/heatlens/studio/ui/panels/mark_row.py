@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import DistanceMark, MarkAnchor, MatteMark, MattePart
 from heatlens.core.model.marks.track_mark import TrackMark
-from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.ui import rects, texts, widgets
 
 _HOLD_EM, _WIDEST_HOLD = 6.0, "surface    "
@@ -22,9 +22,9 @@ _HOLD_TIP = (
 )
 
 
-def mark_row_controls(desk: TimeDesk, mark: Mark) -> None:
+def mark_row_controls(control: TimeControl, mark: Mark) -> None:
     """Draw the controls of a mark, and run the command of a pressed one."""
-    commands = desk.marks
+    commands = control.marks
     if widgets.button(f"focus##{mark.name}", f"go {mark.name}"):
         commands.focus_on(mark)
     if not isinstance(mark, DistanceMark):
@@ -33,21 +33,21 @@ def mark_row_controls(desk: TimeDesk, mark: Mark) -> None:
             if widgets.button(f"follow##{mark.name}", f"follow {mark.name}", _FOLLOW_TIP):
                 commands.follow(mark)
         same_line_if_fits(_WIDEST_HOLD)
-        _hold_choice(desk, mark)
-    if isinstance(mark, TrackMark) and desk.timeline.cache is not None:
+        _hold_choice(control, mark)
+    if isinstance(mark, TrackMark) and control.timeline.cache is not None:
         same_line_if_fits("correct")
         if widgets.button(f"correct##{mark.name}", f"correct {mark.name}", _CORRECT_TIP):
             commands.anchors.correct(mark)
     if isinstance(mark, MatteMark):
-        _part_button(desk, mark)
+        _part_button(control, mark)
     same_line_if_fits("x")
     if widgets.button(f"x##{mark.name}", f"delete {mark.name}"):
         commands.delete(mark)
 
 
-def _hold_choice(desk: TimeDesk, mark: Mark) -> None:
+def _hold_choice(control: TimeControl, mark: Mark) -> None:
     """Draw the drop-down of what the mark holds on to, and of keeping the focus on it."""
-    commands, anchor = desk.marks, MarkAnchor.of(mark)
+    commands, anchor = control.marks, MarkAnchor.of(mark)
     imgui.set_next_item_width(_HOLD_EM * imgui.get_font_size())
     is_open = imgui.begin_combo(f"##hold {mark.name}", str(anchor or "object"))
     rects.note(f"hold {mark.name}")
@@ -55,7 +55,7 @@ def _hold_choice(desk: TimeDesk, mark: Mark) -> None:
         texts.tooltip(_HOLD_TIP)
         return
     with widgets.disabled(commands.is_reading):
-        for other in _anchors(desk, anchor):
+        for other in _anchors(control, anchor):
             is_picked, _ = imgui.selectable(f"the {other}", other is anchor)
             rects.note(f"hold {mark.name}: {other}")
             if is_picked and other is not anchor:
@@ -68,24 +68,24 @@ def _hold_choice(desk: TimeDesk, mark: Mark) -> None:
     imgui.end_combo()
 
 
-def _anchors(desk: TimeDesk, anchor: MarkAnchor | None) -> tuple[MarkAnchor, ...]:
+def _anchors(control: TimeControl, anchor: MarkAnchor | None) -> tuple[MarkAnchor, ...]:
     """Return what a mark that holds on to `anchor` can hold on to in the open source."""
     if anchor is None or anchor is MarkAnchor.THING:
         return () if anchor is None else (anchor,)
     places = (
-        (MarkAnchor.PLACE,) if desk.marks.anchors.has_world or anchor is MarkAnchor.PLACE else ()
+        (MarkAnchor.PLACE,) if control.marks.anchors.has_world or anchor is MarkAnchor.PLACE else ()
     )
-    surfaces = (MarkAnchor.SURFACE,) if desk.timeline.cache is not None else ()
+    surfaces = (MarkAnchor.SURFACE,) if control.timeline.cache is not None else ()
     return (*places, *surfaces, MarkAnchor.PIXEL)
 
 
-def _part_button(desk: TimeDesk, mark: MatteMark) -> None:
+def _part_button(control: TimeControl, mark: MatteMark) -> None:
     """Draw the button that switches the measured part of a thing."""
     words = f"measure: {mark.part}"
     same_line_if_fits(words)
     if widgets.button(f"{words}##{mark.name}", f"part {mark.name}", _PART_TIP):
         other_parts = [part for part in MattePart if part is not mark.part]
-        desk.marks.change(mark, replace(mark, part=other_parts[0]))
+        control.marks.change(mark, replace(mark, part=other_parts[0]))
 
 
 def same_line_if_fits(word: str) -> None:

@@ -18,7 +18,7 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import PullShape
 from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view_geometry import Point
-from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import rects, texts, theme, topmost, widgets
 from heatlens.studio.ui.field_row import field_row
@@ -38,38 +38,38 @@ _PULL_TIP = "Pulls the focus from here to a mark (Shift+M)."
 _GO_ON_TIP = "Shift+Enter: goes to the end of the pull, where the next one begins."
 
 
-def mark_buttons(desk: TimeDesk, ui: UiState) -> None:
+def mark_buttons(control: TimeControl, ui: UiState) -> None:
     """Draw the buttons that set a mark and pull to one."""
     tip = "At the distance in focus (M). Ctrl+Shift+click in the picture marks what is there."
     if widgets.button("Set mark here", "set mark", tip):
-        desk.marks.set_here()
+        control.marks.set_here()
     imgui.same_line()
     if widgets.button("Pull focus...", "open pull", _PULL_TIP):
         ui.open_pull()
 
 
-def marks_panel(desk: TimeDesk, unit: str, ui: UiState) -> None:
+def marks_panel(control: TimeControl, unit: str, ui: UiState) -> None:
     """Draw the list of marks in the current window; distances are shown in `unit`."""
-    mark_buttons(desk, ui)
+    mark_buttons(control, ui)
     em = imgui.get_font_size()
     free_em = imgui.get_content_region_avail().x / em - _ROW_EM
     name_em = min(max(free_em, _MIN_NAME_EM), _NAME_EM)
-    if not desk.editing.shot.marks:
+    if not control.editing.shot.marks:
         imgui.text_wrapped("No marks yet. Ctrl+Shift+click on an actor, or press M.")
     elif imgui.begin_table("marks", 3, imgui.TableFlags_.sizing_fixed_fit):
         imgui.table_setup_column("name", 0, name_em * em)
         imgui.table_setup_column("distance", 0, _DISTANCE_EM * em)
         imgui.table_setup_column("buttons", imgui.TableColumnFlags_.width_stretch)
-        for mark in desk.editing.shot.marks:
-            _mark_row(desk, unit, mark)
+        for mark in control.editing.shot.marks:
+            _mark_row(control, unit, mark)
         imgui.end_table()
-    _live_rows(desk)
-    _close_focus_row(desk, unit)
+    _live_rows(control)
+    _close_focus_row(control, unit)
 
 
-def _live_rows(desk: TimeDesk) -> None:
+def _live_rows(control: TimeControl) -> None:
     """Draw the marks that the focus follows live, with their settings and buttons, if any."""
-    live_following = desk.marks.live
+    live_following = control.marks.live
     if live_following.live is None:
         return
     state = "is being measured" if live_following.is_measuring else "is live"
@@ -88,54 +88,54 @@ def _live_rows(desk: TimeDesk) -> None:
         live_following.stop_following()
 
 
-def _mark_row(desk: TimeDesk, unit: str, mark: Mark) -> None:
+def _mark_row(control: TimeControl, unit: str, mark: Mark) -> None:
     """Draw the name, the distance and the buttons of a mark."""
-    commands = desk.marks
+    commands = control.marks
     imgui.table_next_row()
     imgui.table_next_column()
     imgui.set_next_item_width(-1)
-    name = widgets.text_field(f"mark {mark.name}", mark.name, mark.name, str.strip, desk.say)
+    name = widgets.text_field(f"mark {mark.name}", mark.name, mark.name, str.strip, control.say)
     if name != mark.name:
-        with report_errors(desk.say):
+        with report_errors(control.say):
             commands.change(mark, replace(mark, name=name))
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
     distance = commands.distances.distance(mark)
-    imgui.text(_distance_text(desk, distance, unit))
+    imgui.text(_distance_text(control, distance, unit))
     full_text = ""
     if distance.distance_m is not None:
-        full_text = f" {measured_text(desk.editing.lens, distance.distance_m, unit)}."
+        full_text = f" {measured_text(control.editing.lens, distance.distance_m, unit)}."
     texts.tooltip(f"{mark.meaning}{full_text}")
     imgui.table_next_column()
-    mark_row_controls(desk, mark)
+    mark_row_controls(control, mark)
 
 
-def _distance_text(desk: TimeDesk, distance: MarkDistance, unit: str) -> str:
+def _distance_text(control: TimeControl, distance: MarkDistance, unit: str) -> str:
     """Return the distance of a mark as text, or why there is none."""
     if distance.distance_m is not None:
-        return texts.measured_label(desk.editing.lens, distance.distance_m, unit)
+        return texts.measured_label(control.editing.lens, distance.distance_m, unit)
     return "hidden" if distance.is_known else "measuring"
 
 
-def _close_focus_row(desk: TimeDesk, unit: str) -> None:
+def _close_focus_row(control: TimeControl, unit: str) -> None:
     """Draw the field of the closest focus of the lens."""
     widgets.label("close focus", "The closest focus of the lens; frames focused nearer are red.")
-    lens, limit_m = desk.editing.lens, desk.editing.lens.close_focus_m
+    lens, limit_m = control.editing.lens, control.editing.lens.close_focus_m
     limit_text = "" if limit_m is None else measured_text(lens, limit_m, unit)
     parse = widgets.optional(partial(parse_measured_m, lens))
-    typed_m = widgets.text_field("close focus", limit_text, limit_m, parse, desk.say, "unknown")
+    typed_m = widgets.text_field("close focus", limit_text, limit_m, parse, control.say, "unknown")
     if typed_m != limit_m:
-        with report_errors(desk.say):
-            desk.editing.edit_lens(replace(lens, close_focus_m=typed_m))
+        with report_errors(control.say):
+            control.editing.edit_lens(replace(lens, close_focus_m=typed_m))
 
 
-def pull_popup(desk: TimeDesk, ui: UiState, unit: str) -> None:
+def pull_popup(control: TimeControl, ui: UiState, unit: str) -> None:
     """Draw the popup that sets up a focus pull; Enter or its button makes the keys."""
-    pulls = desk.marks.pulls
+    pulls = control.marks.pulls
     if ui.opens_pull:
         ui.opens_pull = False
-        if not desk.editing.shot.marks:
-            desk.say("Set a mark to pull to: M, or Ctrl+Shift+click in the picture.")
+        if not control.editing.shot.marks:
+            control.say("Set a mark to pull to: M, or Ctrl+Shift+click in the picture.")
             return
         pulls.suggest()
         imgui.open_popup(_PULL)
@@ -143,21 +143,23 @@ def pull_popup(desk: TimeDesk, ui: UiState, unit: str) -> None:
     imgui.set_next_window_size(ImVec2(_PULL_EM[0] * imgui.get_font_size(), 0))
     if imgui.begin_popup(_PULL):
         topmost.disable_key_navigation()
-        imgui.text(f"Pull the focus from frame {desk.editing.frame}")
-        _pull_fields(desk, unit)
+        imgui.text(f"Pull the focus from frame {control.editing.frame}")
+        _pull_fields(control, unit)
         is_pressed = _pull_button("Pull", "pull", has_shift=False)
         imgui.same_line()
         continues = _pull_button(
             "Pull and go to its end", "pull and go on", has_shift=True, tip=_GO_ON_TIP
         )
         if is_pressed or continues:
-            start = desk.editing.frame
+            start = control.editing.frame
             end = start + pulls.frames
             # The keys of the pull are selected, which shows the handles to stretch it.
-            pulls.make(partial(desk.keys.select_between, LensParameter.FOCUS_DISTANCE, start, end))
+            pulls.make(
+                partial(control.keys.select_between, LensParameter.FOCUS_DISTANCE, start, end)
+            )
             imgui.close_current_popup()
         if continues:
-            desk.timeline.go_to(end)
+            control.timeline.go_to(end)
         imgui.same_line()
         if widgets.button("Cancel", "cancel pull"):
             imgui.close_current_popup()
@@ -181,10 +183,10 @@ def _pull_corner() -> ImVec2:
     return ImVec2(end.x, bottom - height)
 
 
-def _pull_fields(desk: TimeDesk, unit: str) -> None:
+def _pull_fields(control: TimeControl, unit: str) -> None:
     """Draw the fields of a pull: its marks, frames, shape and ease."""
-    pulls = desk.marks.pulls
-    names = [mark.name for mark in desk.editing.shot.marks]
+    pulls = control.marks.pulls
+    names = [mark.name for mark in control.editing.shot.marks]
     origin_name = widgets.choice("from", pulls.origin or _HERE, [_HERE, *names])
     pulls.origin = None if origin_name == _HERE else origin_name
     pulls.target = widgets.choice("to mark", pulls.target, names)
@@ -201,7 +203,7 @@ def _pull_fields(desk: TimeDesk, unit: str) -> None:
         ease = pulls.ease_percent
         tip = "0 starts and stops abruptly, 100 most gently"
         pulls.ease_percent = widgets.slider("ease", ease, 0.0, 100.0, "%.0f %%", tip)
-    distance_text = _distance_text(desk, pulls.arrival_at, unit)
+    distance_text = _distance_text(control, pulls.arrival_at, unit)
     imgui.text(f"{printable(pulls.target)} at frame {pulls.arrival}: {distance_text}")
     if pulls.end_warning:
         imgui.text_wrapped(pulls.end_warning)

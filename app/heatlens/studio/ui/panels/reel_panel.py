@@ -13,7 +13,7 @@ from heatlens.core.model.units import label_distance
 from heatlens.core.model.view.view import Compare
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.device import Texture
-from heatlens.studio.board.desks import FileDesk, PictureDesk
+from heatlens.studio.board.controls import FileControl, PictureControl
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import rects, texts, widgets
 from heatlens.studio.ui.picture.grid import Pictures
@@ -48,14 +48,14 @@ class _Still:
 class ReelStills:
     """Textures of the stills that were visible so far, of one reel at a time."""
 
-    def __init__(self, facts: Facts, desk: PictureDesk, screen: ScreenPictures) -> None:
-        self._facts, self._desk, self._screen = facts, desk, screen
-        self._picture = PictureAlone(desk.renderer.ctx)
+    def __init__(self, facts: Facts, control: PictureControl, screen: ScreenPictures) -> None:
+        self._facts, self._control, self._screen = facts, control, screen
+        self._picture = PictureAlone(control.renderer.ctx)
         self._reel: Reel | None = None
         self._stills: dict[int, _Still] = {}
         self._uploads = 0
 
-    def begin(self, files: FileDesk, pictures: Pictures | None) -> None:
+    def begin(self, files: FileControl, pictures: Pictures | None) -> None:
         """Drop the stills of another reel, and draw the still of an open scene.
 
         Call this before the rows are drawn; `pictures` are those in the viewport.
@@ -65,12 +65,12 @@ class ReelStills:
             for still in self._stills.values():
                 still.release()
             self._stills, self._reel = {}, reel.reel
-        picture = self._desk.live.output
+        picture = self._control.live.output
         is_shown = picture is not None and picture.is_whole and self._facts.is_live_alone
         if pictures is not None and is_shown and self._facts.has_camera and reel.is_open:
             self._draw_scene_still(reel.number, pictures)
 
-    def texture_of(self, files: FileDesk, number: int) -> Texture | None:
+    def texture_of(self, files: FileControl, number: int) -> Texture | None:
         """Return the still of a shot, the bottom row first; None if there is none yet."""
         still = self._stills.get(number)
         if still is None and self._uploads < _MAX_UPLOADS:
@@ -82,14 +82,14 @@ class ReelStills:
             still.look = self._look
         return still.texture
 
-    def _upload(self, files: FileDesk, number: int) -> _Still | None:
+    def _upload(self, files: FileControl, number: int) -> _Still | None:
         """Upload the still of a shot and return it; None if it is not read yet."""
         pixels = files.reel.still_of(number)
         if pixels is None:
             return None
         self._uploads += 1
         height, width = pixels.shape[:2]
-        ctx = self._desk.renderer.ctx
+        ctx = self._control.renderer.ctx
         light = ctx.texture((width, height), 4, pixels[::-1].tobytes(), dtype="f2")
         texture = self._screen.draw_still(None, light, self._facts.view)
         self._stills[number] = still = _Still(light, texture, self._look)
@@ -117,7 +117,7 @@ _FLAGS = imgui.TableFlags_.row_bg | imgui.TableFlags_.scroll_y
 _STILL_EM = 4.6, 2.6
 
 
-def reel_panel(files: FileDesk, unit: str, stills: ReelStills) -> None:
+def reel_panel(files: FileControl, unit: str, stills: ReelStills) -> None:
     """Draw the shots; a click opens one."""
     reel = files.reel
     if reel.reel is None or reel.path is None:
@@ -153,7 +153,7 @@ def reel_panel(files: FileDesk, unit: str, stills: ReelStills) -> None:
     imgui.end_table()
 
 
-def _draw_still(files: FileDesk, number: int, stills: ReelStills) -> None:
+def _draw_still(files: FileControl, number: int, stills: ReelStills) -> None:
     """Draw the first picture of a shot as large as it fits; leave the space empty without one."""
     em = imgui.get_font_size()
     width, height = _STILL_EM[0] * em, _STILL_EM[1] * em

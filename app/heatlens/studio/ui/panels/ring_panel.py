@@ -19,7 +19,7 @@ from heatlens.media.live.ring.channel_map import (
     maps_for,
 )
 from heatlens.media.live.ring.sources import RingInput, SourceState
-from heatlens.studio.board.desks import LensDesk
+from heatlens.studio.board.controls import LensControl
 from heatlens.studio.ui import rects, texts, theme, widgets
 
 Say = Callable[[str], None]
@@ -32,17 +32,17 @@ _BEND_TIP = "Above 1 the ring turns slowly at its first end, below 1 slowly at i
 _ENDS_TIP = "The lens value at each end of the control, and the value that the control sends there."
 
 
-def ring_panel(desk: LensDesk, unit: str, say: Say) -> None:
+def ring_panel(control: LensControl, unit: str, say: Say) -> None:
     """Draw sender, rate and maps, and whether the lens follows; nothing without an input."""
-    receiver, ring_state = desk.ring.receiver, desk.ring.heard
+    receiver, ring_state = control.ring.receiver, control.ring.heard
     if receiver is None or ring_state is None:
         return
     imgui.separator_text("Ring")
-    _status_rows(desk, receiver, ring_state)
-    desk.ring.is_followed = widgets.check(
-        "the lens follows it", desk.ring.is_followed, "follow ring"
+    _status_rows(control, receiver, ring_state)
+    control.ring.is_followed = widgets.check(
+        "the lens follows it", control.ring.is_followed, "follow ring"
     )
-    source = desk.ring.source
+    source = control.ring.source
     if len(ring_state.sources) > 1 or source is not None:
         sender_names = {
             name: _sender_name(name)
@@ -50,8 +50,8 @@ def ring_panel(desk: LensDesk, unit: str, say: Say) -> None:
         }
         picked_source = widgets.pick("source", source, {None: _FIRST_SENDER} | sender_names)
         if picked_source != source:
-            desk.ring.listen_to(picked_source)
-    _map_rows(desk, unit, say)
+            control.ring.listen_to(picked_source)
+    _map_rows(control, unit, say)
 
 
 def _sender_name(name: str) -> str:
@@ -62,7 +62,7 @@ def _sender_name(name: str) -> str:
         return printable(name) or "without a name"
 
 
-def _status_rows(desk: LensDesk, receiver: RingInput, ring_state: SourceState) -> None:
+def _status_rows(control: LensControl, receiver: RingInput, ring_state: SourceState) -> None:
     """Draw the rate and age of the samples, the latency, and how many samples were lost."""
     if ring_state.sample is None:
         imgui.text_wrapped(f"Listening at {receiver.address}; nothing was heard yet.")
@@ -74,34 +74,34 @@ def _status_rows(desk: LensDesk, receiver: RingInput, ring_state: SourceState) -
     else:
         age_ms = 1e3 * ring_state.age_s
         imgui.text(f"{ring_state.rate_hz:.0f} samples a second, the last {age_ms:.0f} ms ago")
-    if desk.ring.median_latency_s is not None:
-        imgui.text(f"{1e3 * desk.ring.median_latency_s:.0f} ms from the ring to the picture")
+    if control.ring.median_latency_s is not None:
+        imgui.text(f"{1e3 * control.ring.median_latency_s:.0f} ms from the ring to the picture")
     refused_count, lost_count = receiver.refused, receiver.lost
     if refused_count or lost_count:
         imgui.text_disabled(f"{refused_count} datagrams refused, {lost_count} samples incomplete")
         texts.tooltip(f"The last one: {receiver.fault}." if receiver.fault else "")
 
 
-def _map_rows(desk: LensDesk, unit: str, say: Say) -> None:
+def _map_rows(control: LensControl, unit: str, say: Say) -> None:
     """Draw a row for each ring; nothing until a channel was received."""
-    ring_state = desk.ring.heard
+    ring_state = control.ring.heard
     channels = (
         {} if ring_state is None or ring_state.sample is None else channels_of(ring_state.sample)
     )
     if ring_state is None or ring_state.sample is None or not channels:
         return
     imgui.text_disabled("What turns which ring")
-    by_ring = {entry.ring: entry for entry in maps_for(ring_state.sample, desk.ring.maps)}
+    by_ring = {entry.ring: entry for entry in maps_for(ring_state.sample, control.ring.maps)}
     for ring in Ring:
         unmapped_words = _NONE if getattr(ring_state.sample, str(ring)) is None else _FROM_CAMERA
-        _channel_row(desk, ring, by_ring.get(ring), channels, unmapped_words)
+        _channel_row(control, ring, by_ring.get(ring), channels, unmapped_words)
         if ring in by_ring and imgui.tree_node(f"{ring.words}: ends and curve"):
-            _range_rows(desk, by_ring[ring], unit, say)
+            _range_rows(control, by_ring[ring], unit, say)
             imgui.tree_pop()
 
 
 def _channel_row(
-    desk: LensDesk,
+    control: LensControl,
     ring: Ring,
     entry: ChannelMap | None,
     channels: dict[str, float],
@@ -117,21 +117,23 @@ def _channel_row(
         for index, name in enumerate(dict.fromkeys(names)):
             value = f"  {channels[name]:.3g}" if name in channels else ""
             if imgui.selectable(f"{printable(name)}{value}##{index}", name == current)[0]:
-                desk.ring.set_map(ring, None if name == unmapped_words else default_map(name, ring))
+                control.ring.set_map(
+                    ring, None if name == unmapped_words else default_map(name, ring)
+                )
         imgui.end_combo()
     rects.note(f"channel of {ring.words}")
     imgui.same_line()
-    is_learning = desk.ring.learning is not None and desk.ring.learning.ring is ring
+    is_learning = control.ring.learning is not None and control.ring.learning.ring is ring
     # The button extends to the right edge, like the fields above and below.
     words = f"{'done' if is_learning else 'learn'}##{ring.words}"
     if widgets.button(words, f"learn {ring.words}", width=-1):
         if is_learning:
-            desk.ring.end_learning()
+            control.ring.end_learning()
         else:
-            desk.ring.learn(ring)
+            control.ring.learn(ring)
 
 
-def _range_rows(desk: LensDesk, entry: ChannelMap, unit: str, say: Say) -> None:
+def _range_rows(control: LensControl, entry: ChannelMap, unit: str, say: Say) -> None:
     """Draw the lens values at the ends of a channel, and the curve between them."""
     with report_errors(say):
         at_low = _end_field(entry, "first end", entry.at_low, unit, say)
@@ -140,7 +142,7 @@ def _range_rows(desk: LensDesk, entry: ChannelMap, unit: str, say: Say) -> None:
         bend = widgets.slider(name, entry.bend, 0.2, 5.0, "%.2f", _BEND_TIP)
         new_entry = replace(entry, at_low=at_low, at_high=at_high, bend=bend)
         if new_entry != entry:
-            desk.ring.set_map(entry.ring, new_entry)
+            control.ring.set_map(entry.ring, new_entry)
 
 
 def _end_field(entry: ChannelMap, words: str, value: float, unit: str, say: Say) -> float:

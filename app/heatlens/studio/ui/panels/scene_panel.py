@@ -8,7 +8,7 @@ from heatlens.core.base.messages import report_errors
 from heatlens.core.base.outside_text import printable
 from heatlens.media.scene.placing import lacks_placing
 from heatlens.media.scene.scene_bounds import object_names
-from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.ui import rects, texts, widgets
 
 _OWN_CAMERA = "moved by hand"
@@ -27,16 +27,16 @@ _UNITS = {1.0: "m", 0.01: "cm", 0.001: "mm", 0.3048: "ft", 0.0254: "in"}
 _SIZES = ((640, 360), (1280, 720), (1920, 1080))
 
 
-def scene_panel(desk: TimeDesk) -> None:
+def scene_panel(control: TimeControl) -> None:
     """Draw the rows in the current window; a scene must be open."""
-    scenes, scene = desk.scenes, desk.scenes.scene
+    scenes, scene = control.scenes, control.scenes.scene
     assert scene is not None
-    _camera_row(desk)
-    _clip_row(desk)
-    _key_row(desk)
-    _size_row(desk)
+    _camera_row(control)
+    _clip_row(control)
+    _key_row(control)
+    _size_row(control)
     if lacks_placing(scene):
-        _axis_and_unit_rows(desk)
+        _axis_and_unit_rows(control)
     imgui.separator_text("Objects")
     names = object_names(scene)
     if imgui.begin_list_box("##objects", ImVec2(-1, _list_height(len(names)))):
@@ -51,11 +51,11 @@ def scene_panel(desk: TimeDesk) -> None:
             scenes.frame_selected()
         imgui.same_line()
         if widgets.button("Focus on it", "focus on object") and scenes.selected is not None:
-            with report_errors(desk.say):
+            with report_errors(control.say):
                 scenes.focus_on(scenes.selected)
         imgui.same_line()
         if widgets.button("Mark it", "mark object") and scenes.selected is not None:
-            with report_errors(desk.say):
+            with report_errors(control.say):
                 scenes.set_mark(scenes.selected)
     imgui.text_disabled(f"{scene.triangle_count:,} triangles, {len(scene.instances)} instances")
 
@@ -76,9 +76,9 @@ def _object_row(name: str, index: int, is_selected: bool) -> bool:
     return bool(is_clicked)
 
 
-def _camera_row(desk: TimeDesk) -> None:
+def _camera_row(control: TimeControl) -> None:
     """Draw the choice of the camera; look through the chosen one."""
-    scenes, scene, framing = desk.scenes, desk.scenes.scene, desk.scenes.framing
+    scenes, scene, framing = control.scenes, control.scenes.scene, control.scenes.framing
     assert scene is not None
     names = [camera.name for camera in scene.cameras]
     own_name = [_OWN_CAMERA] if framing.track is not None or not names else []
@@ -88,9 +88,9 @@ def _camera_row(desk: TimeDesk) -> None:
         scenes.look_through(chosen_name)
 
 
-def _clip_row(desk: TimeDesk) -> None:
+def _clip_row(control: TimeControl) -> None:
     """Draw the choice of the animation clip, if there are several."""
-    clips = desk.scenes.clips
+    clips = control.scenes.clips
     if not clips.names:
         return
     chosen_name = widgets.choice("clip", clips.current_name, list(clips.names), _CLIP_TIP)
@@ -98,32 +98,32 @@ def _clip_row(desk: TimeDesk) -> None:
         clips.choose(chosen_name)
 
 
-def _key_row(desk: TimeDesk) -> None:
+def _key_row(control: TimeControl) -> None:
     """Draw the buttons for camera keys, and the frames of the keys."""
-    scenes, keys = desk.scenes, desk.scenes.key_frames
+    scenes, keys = control.scenes, control.scenes.key_frames
     if widgets.button("Set camera key", "set camera key"):
         scenes.set_key()
     imgui.same_line()
-    with widgets.disabled(desk.editing.frame not in keys or len(keys) < 2):
+    with widgets.disabled(control.editing.frame not in keys or len(keys) < 2):
         if widgets.button("Delete key", "delete camera key"):
             scenes.delete_key()
     if len(keys) > 1:
         texts.gray_text("keys at " + ", ".join(f"{frame:g}" for frame in keys))
 
 
-def _size_row(desk: TimeDesk) -> None:
+def _size_row(control: TimeControl) -> None:
     """Draw the choice of the size of the picture."""
-    framing = desk.scenes.framing
+    framing = control.scenes.framing
     sizes = {size: f"{size[0]}x{size[1]}" for size in (*_SIZES, framing.size)}
     width, height = widgets.pick("size", framing.size, sizes, "Pixels of the picture")
     if (width, height) != framing.size:
         new_framing = replace(framing, width_px=width, height_px=height)
-        desk.editing.do(replace(desk.editing.shot, framing=new_framing))
+        control.editing.do(replace(control.editing.shot, framing=new_framing))
 
 
-def _axis_and_unit_rows(desk: TimeDesk) -> None:
+def _axis_and_unit_rows(control: TimeControl) -> None:
     """Draw the choice of up axis and unit, for files that do not define them."""
-    framing = desk.scenes.framing
+    framing = control.scenes.framing
     up_axis, unit_m = widgets.pick_one("up axis", framing.up_axis, _UP_TIP), framing.meters_per_unit
     words = _UNITS | {unit_m: _UNITS.get(unit_m, f"{unit_m:g} m")}
-    desk.scenes.set_axis_and_unit(up_axis, widgets.pick("unit", unit_m, words, _UNIT_TIP))
+    control.scenes.set_axis_and_unit(up_axis, widgets.pick("unit", unit_m, words, _UNIT_TIP))

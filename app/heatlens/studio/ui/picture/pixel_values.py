@@ -18,7 +18,7 @@ from heatlens.core.model.view.view import Compare
 from heatlens.core.model.view.view_geometry import PictureShape, Pixel, Viewport
 from heatlens.render.display.probe import read_texels
 from heatlens.render.gpu.device import Device, Texture
-from heatlens.studio.board.desks import PictureDesk
+from heatlens.studio.board.controls import PictureControl
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import rects, theme
 from heatlens.studio.ui.picture.grid import Pictures
@@ -212,13 +212,13 @@ _END_EM, _LINE_EM = 0.3, 0.13
 _HINT = "Ruler: click two points, or drag from one to the other. Escape ends it."
 
 
-def draw_ruler(desk: PictureDesk, facts: Facts, hovered: Pixel | None) -> None:
+def draw_ruler(control: PictureControl, facts: Facts, hovered: Pixel | None) -> None:
     """Draw the ruler in the current window; with one end set it follows the pointer."""
-    ruler, view = desk.commands.ruler, desk.view
+    ruler, view = control.commands.ruler, control.view
     if not ruler.is_on:
         return
     _draw_hint(view)
-    ends = _ruler_ends(desk, hovered)
+    ends = _ruler_ends(control, hovered)
     end_points = [ImVec2(*view.geometry.window_at_picture((x + 0.5, y + 0.5))) for x, y in ends]
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     if len(end_points) == 2:
@@ -255,9 +255,9 @@ def _draw_hint(picture_view: PictureView) -> None:
     _draw_label(ImVec2(x + width / 2, y + em), _HINT, theme.OVER_PICTURE.handle, 0.3)
 
 
-def _ruler_ends(desk: PictureDesk, hovered: Pixel | None) -> tuple[Pixel, ...]:
+def _ruler_ends(control: PictureControl, hovered: Pixel | None) -> tuple[Pixel, ...]:
     """Return the ends of the ruler, with the pixel under the pointer as the second one."""
-    ruler = desk.commands.ruler
+    ruler = control.commands.ruler
     if len(ruler.points) != 1 or hovered is None or not ruler.is_inside(hovered):
         return ruler.points  # a line to a point beside the picture would have no length
     return (*ruler.points, hovered)

@@ -16,7 +16,7 @@ from heatlens.render.display.screen_pictures import MIPMAPS_UNDER, ScreenPicture
 from heatlens.render.gpu.device import Texture
 from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.rendered_frames.screen_work import CachedFrame, ScreenWork
-from heatlens.studio.board.desks import PictureDesk
+from heatlens.studio.board.controls import PictureControl
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import texts
 from heatlens.studio.ui.picture.grid import Pictures, Tile
@@ -26,17 +26,21 @@ class SeenPictures:
     """Prepares the pictures for each frame of the window; unchanged ones are reused."""
 
     def __init__(
-        self, facts: Facts, desk: PictureDesk, screen: ScreenPictures, cached_screen: ScreenWork
+        self,
+        facts: Facts,
+        control: PictureControl,
+        screen: ScreenPictures,
+        cached_screen: ScreenWork,
     ) -> None:
-        self._facts, self._desk, self._screen = facts, desk, screen
+        self._facts, self._control, self._screen = facts, control, screen
         self._cached_screen = cached_screen
 
     def collect(self) -> Pictures | None:
         """Return the pictures to show; None while there are none."""
-        facts, sides, lens_picture = self._facts, self._desk.sides, self._facts.shown_picture
+        facts, sides, lens_picture = self._facts, self._control.sides, self._facts.shown_picture
         if facts.plate is None or lens_picture is None:
             return None
-        self._screen.with_mipmaps = self._desk.view.zoom < MIPMAPS_UNDER
+        self._screen.with_mipmaps = self._control.view.zoom < MIPMAPS_UNDER
         plain_view = self._plain_view()
         picture_a = sides.picture_of_a(plain_view) or lens_picture
         view = plain_view.with_transmission(self._lens_of_a(plain_view, picture_a))
@@ -56,11 +60,11 @@ class SeenPictures:
             ),
             facts.plate.pixel_aspect_ratio,
             is_proxy=a.size != (windows[0].width, windows[0].height),
-            is_b_proxy=is_of_method and b.size != self._desk.renderer.loaded.color.size,
+            is_b_proxy=is_of_method and b.size != self._control.renderer.loaded.color.size,
             has_camera=facts.has_camera,
             frame_ratio=self._frame_ratio(facts.plate),
             is_a_frame=not (view.depth_of_field or isinstance(picture_a, CachedFrame)),
-            is_b_frame=linear_b is self._desk.renderer.loaded.color,
+            is_b_frame=linear_b is self._control.renderer.loaded.color,
             light_a=light_a,
             light_b=light_b,
             light_version=(sides.outputs, facts.plate_version),
@@ -73,26 +77,26 @@ class SeenPictures:
 
     def pinhole(self) -> Texture:
         """Return the picture without a lens, as the screen shows it."""
-        loaded, view = self._desk.renderer.loaded, self._facts.view
+        loaded, view = self._control.renderer.loaded, self._facts.view
         return self._screen.b(loaded.color, loaded, view.with_transmission(self._facts.lens))
 
     def _plain_view(self) -> ViewState:
         """Return the view, without depth of field while a held key shows the pinhole picture."""
-        view, is_held_off = self._facts.view, self._desk.view.is_lens_held_off
+        view, is_held_off = self._facts.view, self._control.view.is_lens_held_off
         return replace(view, depth_of_field=view.depth_of_field and not is_held_off)
 
     def _linear_b(self, view: ViewState) -> Texture:
         """Return the scene-linear texture of B."""
-        reference, method_picture = self._facts.reference, self._desk.sides.picture_of_b(view)
+        reference, method_picture = self._facts.reference, self._control.sides.picture_of_b(view)
         texture = None if reference is None else reference.texture
-        return picture_of_b(view, self._desk.renderer.loaded, texture, method_picture)
+        return picture_of_b(view, self._control.renderer.loaded, texture, method_picture)
 
     def _texture_a(self, picture_a: ShownPicture, view: ViewState, linear_b: Texture) -> Texture:
         """Return A in the colors of the screen; a difference needs the linear B."""
         if isinstance(picture_a, CachedFrame):
             return self._cached_screen.texture(picture_a, view)
-        key = self._desk.sides.outputs, picture_a
-        return self._screen.a(picture_a, key, self._desk.renderer.loaded, view, linear_b)
+        key = self._control.sides.outputs, picture_a
+        return self._screen.a(picture_a, key, self._control.renderer.loaded, view, linear_b)
 
     def _texture_b(
         self, view: ViewState, plain_view: ViewState, linear_b: Texture
@@ -101,32 +105,32 @@ class SeenPictures:
         if view.compare not in (Compare.WIPE, Compare.FLIP):
             return None
         view_of_b = plain_view.with_transmission(self._lens_of_b(plain_view))
-        method_picture = self._desk.sides.picture_of_b(view)
-        return self._screen.b(linear_b, self._desk.renderer.loaded, view_of_b, method_picture)
+        method_picture = self._control.sides.picture_of_b(view)
+        return self._screen.b(linear_b, self._control.renderer.loaded, view_of_b, method_picture)
 
     def _detail(
         self, picture_a: ShownPicture, lens_picture: ShownPicture, view: ViewState
     ) -> Detail | None:
         """Return the detail of the plate that a smaller picture lacks; None if it lacks none."""
-        is_answering, version = self._desk.live.is_answering, self._facts.plate_version
+        is_answering, version = self._control.live.is_answering, self._facts.plate_version
         is_of_plate = not (is_answering and lens_picture.plate != version)
         has_no_detail = view.compare is Compare.DIFFERENCE or isinstance(picture_a, CachedFrame)
         if not view.depth_of_field or not is_of_plate or has_no_detail:
             return None
-        return self._screen.detail(picture_a, self._desk.renderer.loaded, view)
+        return self._screen.detail(picture_a, self._control.renderer.loaded, view)
 
     def _lights(
         self, picture_a: ShownPicture, view: ViewState, linear_b: Texture, window: Box
     ) -> tuple[Texture | None, Texture | None]:
         """Return the light of A and of B, each only if it has the size of the plate."""
         plate_size = window.width, window.height
-        light = picture_a.texture if view.depth_of_field else self._desk.renderer.loaded.color
+        light = picture_a.texture if view.depth_of_field else self._control.renderer.loaded.color
         is_plate_size = light.size == plate_size and not isinstance(picture_a, CachedFrame)
         return light if is_plate_size else None, linear_b if linear_b.size == plate_size else None
 
     def _lens_of_a(self, view: ViewState, picture_a: ShownPicture) -> Lens:
         """Return the lens of the picture of A: that of its look, else that of the shot."""
-        is_look = self._desk.sides.picture_of_a(view) is picture_a
+        is_look = self._control.sides.picture_of_a(view) is picture_a
         look = look_named(self._facts.shot, view.a_look) if is_look else None
         return self._facts.lens if look is None else look.lens
 
@@ -140,7 +144,7 @@ class SeenPictures:
         if not view.has_overlay or not facts.has_lens:
             return None
         shot, frame = facts.seen_shot, facts.frame
-        loaded = self._desk.renderer.loaded
+        loaded = self._control.renderer.loaded
         return self._screen.overlay(
             loaded, shot, frame, view, self._cached_screen.upload(lens_picture)
         )
@@ -174,7 +178,7 @@ class SeenPictures:
 
     def _look_tile(self, look: Look, view: ViewState, width: int) -> Tile:
         """Return the tile of a look; `width` is that of the whole picture in pixels."""
-        sides = self._desk.sides
+        sides = self._control.sides
         picture = sides.picture_of_look(look.name)
         words = f"{look.name}   {self._lens_words(look.lens)}"
         is_current_lens = self._facts.lens == look.lens

@@ -18,10 +18,9 @@ from heatlens.core.model.shot.focus_track import Sample
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import RecordingState
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.board.key_drag import KeyPositions, nearest_key
 from heatlens.studio.ui import rects, theme
-from heatlens.studio.ui.rects import Rect
 from heatlens.studio.ui.timeline.curve_axis import AXES, CurveAxis, raise_keys
 from heatlens.studio.ui.timeline.curve_handles import Heights, draw_handles
 from heatlens.studio.ui.timeline.dope_sheet import draw_keys, handle_key_drag, stretch_grips
@@ -41,30 +40,33 @@ Line = Sequence[tuple[float, float]]  # (frame, level on the axis)
 
 
 def curve_editor(
-    desk: TimeDesk, view: TimelineView, unit: str, scale: TimeScale, corner: ImVec2, height: float
+    control: TimeControl,
+    view: TimelineView,
+    unit: str,
+    scale: TimeScale,
+    corner: ImVec2,
+    height: float,
 ) -> None:
     """Draw the editor at `corner`, its labels left of `scale`, and apply the mouse."""
-    axis = AXES[desk.keys.rows.curve_parameter]
+    axis = AXES[control.keys.rows.curve_parameter]
     count = max(int(scale.width / _SAMPLE_PX), 2)
-    line = view.line.points(desk.editing.shot, axis, scale.first, scale.last, count)
-    samples = _focus_samples(desk, view, scale, count)
-    is_recording = desk.recording.state is RecordingState.RECORDING
-    if (
-        view.heights is None or is_recording or not imgui.is_any_item_active()
-    ):  # during a drag the range stays, and the key stays under the pointer
-        view.heights = view.zoom_range or _visible_places(
-            desk, axis, line, samples, view.fits_marks
-        )
+    line = view.line.points(control.editing.shot, axis, scale.first, scale.last, count)
+    samples = _focus_samples(control, view, scale, count)
+    is_recording = control.recording.state is RecordingState.RECORDING
+    # During a drag the range stays, and so the key stays under the pointer.
+    if view.heights is None or is_recording or not imgui.is_any_item_active():
+        fitted_range = _levels_to_fit(control, axis, line, samples, view.fits_marks)
+        view.heights = view.zoom_range or fitted_range
     heights = Heights(*view.heights, corner.y, height)
     _draw_background(unit, axis, scale, heights)
     _draw_sharp_range(scale, heights, samples)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
-        draw_recorded(desk, scale, heights)
+        draw_recorded(control, scale, heights)
     _draw_line(scale, heights, line, theme.colors.accent, 0.12)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
-        _draw_marks(desk, scale, heights)
-    draw_handles(desk, axis, scale, heights)
-    key_positions = _key_positions(desk.editing.shot, axis, scale, heights)
+        _draw_marks(control, scale, heights)
+    draw_handles(control, axis, scale, heights)
+    key_positions = _key_positions(control.editing.shot, axis, scale, heights)
 
     def move(
         shot: Shot, selection: KeySelection, frames: int, up: float
@@ -75,8 +77,8 @@ def curve_editor(
 
     stretch_grips(view.stretch, scale, corner.y, height)
     handle_key_drag(view.drag, scale, corner.y, height, key_positions, move)
-    draw_keys(desk, view.drag, scale, key_positions, corner.y, height)
-    _draw_value(desk, view, key_positions, scale, corner.y, unit)
+    draw_keys(control, view.drag, scale, key_positions, corner.y, height)
+    _draw_value(control, view, key_positions, scale, corner.y, unit)
     _handle_pointer(view, axis, scale, heights)
 
 
@@ -95,7 +97,7 @@ def _handle_pointer(
 
 
 def _draw_value(
-    desk: TimeDesk,
+    control: TimeControl,
     view: TimelineView,
     key_positions: KeyPositions,
     scale: TimeScale,
@@ -105,17 +107,17 @@ def _draw_value(
     """Draw the value of the key that is dragged or under the pointer; `top` is the upper edge."""
     mouse, em = imgui.get_mouse_pos(), imgui.get_font_size()
     selected_positions = {
-        key: position for key, position in key_positions.items() if key in desk.keys.selection
+        key: position for key, position in key_positions.items() if key in control.keys.selection
     }
     is_dragged = view.drag.is_dragging and selected_positions and view.drag.box_corner is None
     reach = math.inf if is_dragged else em * imgui.is_window_hovered()
     key_id = nearest_key(
         (mouse.x, mouse.y), selected_positions if is_dragged else key_positions, reach
     )
-    key = None if key_id is None else key_of(desk.editing.shot, key_id)
+    key = None if key_id is None else key_of(control.editing.shot, key_id)
     if key_id is None or not isinstance(key, Key):
         return
-    axis, (x, y) = AXES[desk.keys.rows.curve_parameter], key_positions[key_id]
+    axis, (x, y) = AXES[control.keys.rows.curve_parameter], key_positions[key_id]
     words = axis.format_value(key.value, unit)
     width = imgui.calc_text_size(words).x + 0.6 * em
     x += -0.7 * em - width if x + 0.7 * em + width > scale.x + scale.width else 0.7 * em
@@ -129,40 +131,38 @@ def _draw_value(
 
 
 def _focus_samples(
-    desk: TimeDesk, view: TimelineView, scale: TimeScale, count: int
+    control: TimeControl, view: TimelineView, scale: TimeScale, count: int
 ) -> tuple[Sample, ...]:
     """Return the depth of field at `count` times; nothing if another parameter is shown."""
-    if desk.keys.rows.curve_parameter is not LensParameter.FOCUS_DISTANCE:
+    if control.keys.rows.curve_parameter is not LensParameter.FOCUS_DISTANCE:
         return ()
-    return view.track.samples(desk.editing.shot, scale.first, scale.last, count)
+    return view.track.samples(control.editing.shot, scale.first, scale.last, count)
 
 
-def _visible_places(
-    desk: TimeDesk, axis: CurveAxis, line: Line, samples: tuple[Sample, ...], frames_all: bool
+def _levels_to_fit(
+    control: TimeControl, axis: CurveAxis, line: Line, samples: tuple[Sample, ...], frames_all: bool
 ) -> tuple[float, float]:
     """Return the visible range of levels: keys and curve, and the depth of field near them.
 
     With `frames_all`, or if there are no keys, the range includes the marks too.
     """
-    keys = desk.editing.shot.curves.of(axis.parameter).keys
+    keys = control.editing.shot.curves.of(axis.parameter).keys
     levels = [level for _, level in line] + [axis.level_of(key.value) for key in keys]
-    levels += recorded_range(desk) if samples else []
-    levels += _mark_levels(desk) if samples and (frames_all or not keys) else []
+    levels += recorded_range(control) if samples else []
+    levels += _mark_levels(control) if samples and (frames_all or not keys) else []
     low, high = min(levels), max(levels)
     range_dioptres = max((sample.near - sample.focus for sample in samples), default=0.0)
-    span = high - low + 2 * min(range_dioptres, high - low + axis.min_span)
-    span = max(span, axis.min_span)
+    span = max(high - low + 2 * min(range_dioptres, high - low + axis.min_span), axis.min_span)
     center = (low + high) / 2
     low = max(center - span * (0.5 + _MARGIN_SHARE), axis.top_level)
     return low, max(center + span * (0.5 + _MARGIN_SHARE), low + axis.min_span)
 
 
-def _mark_levels(desk: TimeDesk) -> list[float]:
+def _mark_levels(control: TimeControl) -> list[float]:
     """Return the distances of all marks at all known frames, as levels of the focus axis."""
-    levels = [
-        1.0 / mark.distance_m for mark in desk.editing.shot.marks if isinstance(mark, DistanceMark)
-    ]
-    lines = [line for track in desk.mark_tracks() for line in track.lines]
+    marks = control.editing.shot.marks
+    levels = [1.0 / mark.distance_m for mark in marks if isinstance(mark, DistanceMark)]
+    lines = [line for track in control.mark_tracks() for line in track.lines]
     return levels + [level for line in lines for _, level in line]
 
 
@@ -183,9 +183,8 @@ def _draw_background(unit: str, axis: CurveAxis, scale: TimeScale, heights: Heig
     corner, end = _corners(scale, heights)
     draw.add_rect_filled(corner, end, theme.colors.groove)
     last_y = end.y + em
-    for value in axis.visible_labels(
-        heights.top_level, heights.bottom_level, 1.1 * em / heights.px_per_level
-    ):
+    levels_apart = 1.1 * em / heights.px_per_level
+    for value in axis.visible_labels(heights.top_level, heights.bottom_level, levels_apart):
         y = heights.y_at(axis.level_of(value))
         if last_y - y >= 1.1 * em and y <= end.y - 0.5 * em:
             text = axis.format_value(value, unit)
@@ -237,14 +236,14 @@ def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, em: f
     draw.pop_clip_rect()
 
 
-def _draw_marks(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
+def _draw_marks(control: TimeControl, scale: TimeScale, heights: Heights) -> None:
     """Draw the distances of the marks: fixed ones as lines, others at the known frames."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     corner, end = _corners(scale, heights)
     names = _NameDrawer(corner.y)
     draw.push_clip_rect(corner, end, True)
     lines: list[tuple[str, Line]] = []
-    for track in desk.mark_tracks():
+    for track in control.mark_tracks():
         for line_before in track.lines[:-1]:
             draw.add_polyline(
                 [*_screen_points(scale, heights, line_before)], theme.colors.mark, 0.1 * em, 0
@@ -252,7 +251,7 @@ def _draw_marks(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
         lines += [(track.name, line) for line in track.lines[-1:]]
         for bridge in track.bridges:
             _draw_dashes(_screen_points(scale, heights, bridge), 0.5 * em)
-    for mark in desk.editing.shot.marks:
+    for mark in control.editing.shot.marks:
         if isinstance(mark, DistanceMark):
             level = 1.0 / mark.distance_m
             lines.append((mark.name, ((scale.first, level), (scale.last, level))))
@@ -280,7 +279,7 @@ class _NameDrawer:
     """Draws names of lines above their right ends, but below `top`, and left of other names."""
 
     top: float
-    name_rects: list[Rect] = field(default_factory=list)
+    name_rects: list[rects.Rect] = field(default_factory=list)
 
     def draw(self, name: str, right_x: float, y: float, color: int) -> None:
         """Draw a name that ends at `end` or left of it, over a line at `y`."""

@@ -10,7 +10,7 @@ from heatlens.core.base.messages import report_errors
 from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.curves.interpolation import Ease, Interpolation, Scale
 from heatlens.core.model.keys.key_choice import check_shot, frames_of
-from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.ui import theme, widgets
 from heatlens.studio.ui.timeline.curve_axis import CurveAxis
 from heatlens.studio.ui.timeline.view import TimeScale
@@ -99,20 +99,20 @@ def handles_of(curve: Curve, frames: Collection[float]) -> list[Handle]:
     return handles
 
 
-def draw_handles(desk: TimeDesk, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
+def draw_handles(control: TimeControl, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
     """Draw the handles of the chosen keys; a dragged tip follows the pointer."""
-    frames = frames_of(desk.keys.selection, axis.parameter)
-    for handle in handles_of(desk.editing.shot.curves.of(axis.parameter), frames):
-        _draw_handle(desk, axis, handle, scale, heights)
+    frames = frames_of(control.keys.selection, axis.parameter)
+    for handle in handles_of(control.editing.shot.curves.of(axis.parameter), frames):
+        _draw_handle(control, axis, handle, scale, heights)
 
 
 def _draw_handle(
-    desk: TimeDesk, axis: CurveAxis, handle: Handle, scale: TimeScale, heights: Heights
+    control: TimeControl, axis: CurveAxis, handle: Handle, scale: TimeScale, heights: Heights
 ) -> None:
     """Draw a handle, and change its key while the tip is dragged."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     reach = _REACH_EM * em
-    curve_scale = desk.editing.shot.curves.of(axis.parameter).scale
+    curve_scale = control.editing.shot.curves.of(axis.parameter).scale
     frame, level = handle.tip(curve_scale)
     key = scale.x_at(handle.key.frame), heights.y_at(axis.level_of(handle.key.value))
     tip_position = scale.x_at(frame), heights.y_at(axis.from_scale(level, curve_scale))
@@ -120,11 +120,11 @@ def _draw_handle(
     corner = ImVec2(tip.x - reach, tip.y - reach)
     widgets.invisible_button(handle.name, corner, ImVec2(2 * reach, 2 * reach))
     if imgui.is_item_activated():
-        desk.editing.settle()
+        control.editing.settle()
     is_dragged = imgui.is_item_active()
     if is_dragged and imgui.is_mouse_dragging(imgui.MouseButton_.left, 1.0):
         mouse = imgui.get_mouse_pos()
-        _drag_tip(desk, axis, handle, scale.time_at(mouse.x), heights.level_at(mouse.y))
+        _drag_tip(control, axis, handle, scale.time_at(mouse.x), heights.level_at(mouse.y))
     is_bright = is_dragged or imgui.is_item_hovered()
     draw.add_line(ImVec2(*key), tip, theme.colors.mark, 0.067 * em)
     draw.add_circle_filled(
@@ -148,11 +148,13 @@ def _keep_apart(
     return key[0] + across * min_length / length, key[1] + down * min_length / length
 
 
-def _drag_tip(desk: TimeDesk, axis: CurveAxis, handle: Handle, frame: float, level: float) -> None:
+def _drag_tip(
+    control: TimeControl, axis: CurveAxis, handle: Handle, frame: float, level: float
+) -> None:
     """Change a key so that the tip of its handle is at a frame and a level of the axis."""
-    curve = desk.editing.shot.curves.of(axis.parameter)
+    curve = control.editing.shot.curves.of(axis.parameter)
     new_key = handle.with_tip_at(frame, axis.to_scale(level, curve.scale), curve.scale)
-    with report_errors(desk.say):
-        desk.editing.edit(
-            check_shot(desk.editing.shot.with_curve(axis.parameter, curve.with_key(new_key)))
+    with report_errors(control.say):
+        control.editing.edit(
+            check_shot(control.editing.shot.with_curve(axis.parameter, curve.with_key(new_key)))
         )

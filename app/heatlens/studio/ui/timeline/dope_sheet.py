@@ -13,7 +13,7 @@ from heatlens.core.model.keys.key_choice import KeyId, KeySelection, key_of, mov
 from heatlens.core.model.keys.key_rows import CAMERA, Row, key_frames, shown_rows
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.board.key_drag import KeyDrag, KeyPositions, KeyStretch, Move
 from heatlens.studio.ui import rects, theme, widgets
 from heatlens.studio.ui.rects import Rect
@@ -24,27 +24,31 @@ _KEY_EM, _REACH_EM = 0.42, 0.55
 _LEFT_EM, _RIGHT_EM = 1.1, 0.3  # room for the dot left of the name, and for a gap to the keys
 
 
-def _draw_row(desk: TimeDesk, scale: TimeScale, row: Row, corner: ImVec2, height: float) -> None:
+def _draw_row(
+    control: TimeControl, scale: TimeScale, row: Row, corner: ImVec2, height: float
+) -> None:
     """Draw dot, name and background of a row; the keys of all rows are drawn later."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    key_dot(desk, row, ImVec2(corner.x + 0.5 * em, corner.y + height / 2), f"dot {row}")
-    _draw_row_name(desk, row, ImVec2(corner.x + _LEFT_EM * em, corner.y), scale.x, height)
-    is_keyed = bool(key_frames(desk.editing.shot, row))
+    key_dot(control, row, ImVec2(corner.x + 0.5 * em, corner.y + height / 2), f"dot {row}")
+    _draw_row_name(control, row, ImVec2(corner.x + _LEFT_EM * em, corner.y), scale.x, height)
+    is_keyed = bool(key_frames(control.editing.shot, row))
     color = theme.colors.handle if is_keyed else theme.colors.text_dim
     draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + (height - em) / 2), color, row.words)
     end = ImVec2(scale.x + scale.width, corner.y + height - 2)
     draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.colors.groove)
 
 
-def _draw_row_name(desk: TimeDesk, row: Row, corner: ImVec2, keys_x: float, height: float) -> None:
+def _draw_row_name(
+    control: TimeControl, row: Row, corner: ImVec2, keys_x: float, height: float
+) -> None:
     """Draw the background of a row's name if the row is selected; a click selects it."""
     size = ImVec2(max(keys_x - _RIGHT_EM * imgui.get_font_size() - corner.x, 1.0), height - 2)
     tip = f"Click to select: Shift+C then shows the curve of the {row.words}"
     if row is CAMERA:
         tip = "Click to select the camera: K then sets its key"
     if widgets.invisible_button(f"row {row}", corner, size, tip):
-        desk.keys.rows.select(row)
-    if desk.keys.rows.selected_row is row:
+        control.keys.rows.select(row)
+    if control.keys.rows.selected_row is row:
         end = ImVec2(corner.x + size.x, corner.y + size.y)
         imgui.get_window_draw_list().add_rect_filled(corner, end, theme.colors.played, 3.0)
 
@@ -57,22 +61,22 @@ def diamond_corners(center: ImVec2, reach: float) -> tuple[ImVec2, ImVec2, ImVec
 
 
 def dope_sheet(
-    desk: TimeDesk, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
+    control: TimeControl, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
 ) -> None:
     """Draw the rows at `corner`, their names left of `scale`, and apply drags of keys."""
-    rows = shown_rows(desk.editing.shot, desk.keys.rows.has_camera)
+    rows = shown_rows(control.editing.shot, control.keys.rows.has_camera)
     # Below the rows, so that no key lies under a grip.
     grips_height = GRIPS_EM * imgui.get_font_size()
     row_height = _row_height(height - grips_height, len(rows))
     height = max(height, len(rows) * row_height + grips_height)
     for index, sheet_row in enumerate(rows):
         _draw_row(
-            desk, scale, sheet_row, ImVec2(corner.x, corner.y + index * row_height), row_height
+            control, scale, sheet_row, ImVec2(corner.x, corner.y + index * row_height), row_height
         )
-    key_positions = _key_positions(desk.editing.shot, rows, scale, corner.y, row_height)
+    key_positions = _key_positions(control.editing.shot, rows, scale, corner.y, row_height)
     stretch_grips(view.stretch, scale, corner.y, height)
     handle_key_drag(view.drag, scale, corner.y, height, key_positions, _move_in_time)
-    draw_keys(desk, view.drag, scale, key_positions, corner.y, height)
+    draw_keys(control, view.drag, scale, key_positions, corner.y, height)
 
 
 def _row_height(height: float, count: int) -> float:
@@ -121,27 +125,27 @@ def _key_positions(
     }
 
 
-def key_dot(desk: TimeDesk, row: Row, center: ImVec2, name: str) -> None:
+def key_dot(control: TimeControl, row: Row, center: ImVec2, name: str) -> None:
     """Draw the dot of a row; a click sets or removes its key at the playhead.
 
     The dot is filled if there is a key at the playhead, else hollow; it has the color of keys if
     the row has any.
     """
-    half_side, frames = 0.5 * imgui.get_font_size(), key_frames(desk.editing.shot, row)
+    half_side, frames = 0.5 * imgui.get_font_size(), key_frames(control.editing.shot, row)
     corner = ImVec2(center.x - half_side, center.y - half_side)
     size = ImVec2(2 * half_side, 2 * half_side)
     if widgets.invisible_button(name, corner, size, f"Key of the {row.words} at this frame"):
-        desk.toggle_key(row)
+        control.toggle_key(row)
     draw = imgui.get_window_draw_list()
     color = theme.colors.key if frames else theme.colors.queued
-    if any(abs(frame - desk.editing.frame) < SAME_FRAME for frame in frames):
+    if any(abs(frame - control.editing.frame) < SAME_FRAME for frame in frames):
         draw.add_quad_filled(*diamond_corners(center, 0.6 * half_side), color)
     else:
         draw.add_quad(*diamond_corners(center, 0.6 * half_side), color, 1.2)
 
 
 def draw_keys(
-    desk: TimeDesk,
+    control: TimeControl,
     drag: KeyDrag,
     scale: TimeScale,
     key_positions: KeyPositions,
@@ -149,13 +153,13 @@ def draw_keys(
     height: float,
 ) -> None:
     """Draw keys as diamonds (squares for hold interpolation) and the selection box."""
-    draw, selection, io = imgui.get_window_draw_list(), desk.keys.selection, imgui.get_io()
+    draw, selection, io = imgui.get_window_draw_list(), control.keys.selection, imgui.get_io()
     reach = _KEY_EM * imgui.get_font_size()
     clip_corner = ImVec2(scale.x - reach, y)
     draw.push_clip_rect(clip_corner, ImVec2(scale.x + scale.width + reach, y + height), True)
     for key, position in key_positions.items():
         color = theme.colors.handle if key in selection else theme.colors.key
-        _draw_key(desk.editing.shot, key, ImVec2(*position), reach, color)
+        _draw_key(control.editing.shot, key, ImVec2(*position), reach, color)
     box_corner = drag.box_corner
     if box_corner is not None:
         draw.add_rect_filled(ImVec2(*box_corner), io.mouse_pos, theme.colors.box)
@@ -175,13 +179,13 @@ def _draw_key(shot: Shot, key: KeyId, center: ImVec2, reach: float, color: int) 
         draw.add_quad(*diamond_corners(center, reach), theme.colors.shadow, 1.0)
 
 
-def lens_dots(desk: TimeDesk, control_rects: Mapping[str, Rect]) -> None:
+def lens_dots(control: TimeControl, control_rects: Mapping[str, Rect]) -> None:
     """Draw the key dots beside the controls of the Lens panel, given their rectangles by name."""
     for parameter in LensParameter:
         rect = control_rects.get(parameter.control)
         if rect is not None:
             x = rect[0] - 0.65 * imgui.get_font_size()
-            key_dot(desk, parameter, ImVec2(x, (rect[1] + rect[3]) / 2), f"lens dot {parameter}")
+            key_dot(control, parameter, ImVec2(x, (rect[1] + rect[3]) / 2), f"lens dot {parameter}")
 
 
 _WIDTH_EM, _HEIGHT_EM, _GAP_EM = 0.5, 1.3, 0.55

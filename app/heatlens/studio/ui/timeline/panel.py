@@ -17,7 +17,7 @@ from heatlens.core.model.keys.key_rows import CAMERA
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import RecordingState
 from heatlens.media.frame_cache.frame_states import Run
-from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.timeline.curve_editor import curve_editor
 from heatlens.studio.ui.timeline.dope_sheet import dope_sheet
@@ -39,46 +39,46 @@ _ZOOM = 1.25  # zoom factor of one wheel notch
 _EDGE_EM = 0.6
 
 
-def timeline_panel(desk: TimeDesk, view: TimelineView, unit: str) -> None:
+def timeline_panel(control: TimeControl, view: TimelineView, unit: str) -> None:
     """Draw the timeline in the current window, and apply what the mouse does in it."""
-    transport(desk, view)
-    if desk.recording.state is RecordingState.OFF:
-        key_controls_row(desk, view)
+    transport(control, view)
+    if control.recording.state is RecordingState.OFF:
+        key_controls_row(control, view)
     else:
-        recording_row(desk, unit)
+        recording_row(control, unit)
     em = imgui.get_font_size()
     corner, free_size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     x = corner.x + NAMES_EM * em
     width = max(free_size.x - (NAMES_EM + _EDGE_EM) * em, 4 * em)
-    scale = _visible_scale(desk, view, x, width)
+    scale = _visible_scale(control, view, x, width)
     ruler_height = _RULER_EM * em
     widgets.invisible_button("timeline ruler", ImVec2(x, corner.y), ImVec2(width, ruler_height))
     if imgui.is_item_active():
-        desk.timeline.go_to(scale.frame_at(imgui.get_mouse_pos().x))
-    _draw_ruler(desk, view, scale, corner.y, ruler_height)
+        control.timeline.go_to(scale.frame_at(imgui.get_mouse_pos().x))
+    _draw_ruler(control, view, scale, corner.y, ruler_height)
     bottom = corner.y + max(free_size.y, ruler_height)
     top = corner.y + ruler_height + 0.15 * em
     area = scale, ImVec2(corner.x, top), max(bottom - top, 1.0)
-    if desk.keys.rows.shows_curve:
-        curve_editor(desk, view, unit, *area)
+    if control.keys.rows.shows_curve:
+        curve_editor(control, view, unit, *area)
     else:
-        dope_sheet(desk, view, *area)
-    _draw_playhead(desk, scale, corner.y, bottom)
-    _zoom_and_pan(desk, view, scale)
+        dope_sheet(control, view, *area)
+    _draw_playhead(control, scale, corner.y, bottom)
+    _zoom_and_pan(control, view, scale)
 
 
-def _visible_scale(desk: TimeDesk, view: TimelineView, x: float, width: float) -> TimeScale:
+def _visible_scale(control: TimeControl, view: TimelineView, x: float, width: float) -> TimeScale:
     """Return the scale of the visible frames over `width`."""
-    frames, old_scale = desk.timeline.visible_range, view.scale
+    frames, old_scale = control.timeline.visible_range, view.scale
     if old_scale is None:
         return TimeScale.over(frames.first, frames.last, x, width)
     scale = TimeScale(old_scale.first, old_scale.last, x, max(width, 1.0))
     return scale.pan(0.0, frames.first - 0.5, frames.last + 0.5)
 
 
-def _zoom_and_pan(desk: TimeDesk, view: TimelineView, scale: TimeScale) -> None:
+def _zoom_and_pan(control: TimeControl, view: TimelineView, scale: TimeScale) -> None:
     """Zoom the visible frames with the wheel, or pan them with a middle drag."""
-    io, frames = imgui.get_io(), desk.timeline.visible_range
+    io, frames = imgui.get_io(), control.timeline.visible_range
     first_time, last_time = frames.first - 0.5, frames.last + 0.5
     if not imgui.is_window_hovered():
         return
@@ -93,7 +93,7 @@ def _zoom_and_pan(desk: TimeDesk, view: TimelineView, scale: TimeScale) -> None:
 
 
 def _draw_ruler(
-    desk: TimeDesk, view: TimelineView, scale: TimeScale, y: float, height: float
+    control: TimeControl, view: TimelineView, scale: TimeScale, y: float, height: float
 ) -> None:
     """Draw the ruler: played range, numbers, rendered frames, states and warnings."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
@@ -101,7 +101,7 @@ def _draw_ruler(
     end_x, strip_y = scale.x + scale.width, y + height - strip_height
     draw.push_clip_rect(ImVec2(scale.x, y), ImVec2(end_x, y + height), True)
     draw.add_rect_filled(ImVec2(scale.x, y), ImVec2(end_x, y + height), theme.colors.groove)
-    _draw_cells(draw, scale, desk.timeline.played, y, strip_y, theme.colors.played)
+    _draw_cells(draw, scale, control.timeline.played, y, strip_y, theme.colors.played)
     for frame in scale.ticks(_NUMBERS_EM * em):
         tick_x = scale.x_at(frame)
         draw.add_line(
@@ -110,16 +110,16 @@ def _draw_ruler(
         text = str(frame)
         text_x = scale.text_x(frame, imgui.calc_text_size(text).x)
         draw.add_text(ImVec2(text_x, y + 0.1 * em), theme.colors.text_dim, text)
-    for run in desk.frames_ahead.progress.runs:
+    for run in control.frames_ahead.progress.runs:
         _draw_cells(draw, scale, run, strip_y - strip_height, strip_y - 1.0, theme.colors.rendered)
-    _draw_states(desk, scale, strip_y)
-    _draw_warnings(desk, view, scale, y)
+    _draw_states(control, scale, strip_y)
+    _draw_warnings(control, view, scale, y)
     draw.pop_clip_rect()
 
 
-def _draw_states(desk: TimeDesk, scale: TimeScale, y: float) -> None:
+def _draw_states(control: TimeControl, scale: TimeScale, y: float) -> None:
     """Draw a line along the frames that have a file; it is brighter for frames in memory."""
-    draw, timeline = imgui.get_window_draw_list(), desk.timeline
+    draw, timeline = imgui.get_window_draw_list(), control.timeline
     end_y = y + _STRIP_EM * imgui.get_font_size()
     if timeline.is_sequence and timeline.frames is not None:
         _draw_cells(draw, scale, timeline.frames, y, end_y, theme.colors.on_disk)
@@ -139,13 +139,13 @@ def _state_color(state: str) -> int:
     return colors_by_state.get(state, colors.groove)
 
 
-def _draw_warnings(desk: TimeDesk, view: TimelineView, scale: TimeScale, y: float) -> None:
+def _draw_warnings(control: TimeControl, view: TimelineView, scale: TimeScale, y: float) -> None:
     """Mark frames in red whose focus is nearer than the close focus of the lens."""
-    frames = desk.timeline.visible_range
+    frames = control.timeline.visible_range
     first = max(frames.first, math.floor(scale.first))
     visible_frames = FrameRange(first, max(first, min(frames.last, math.ceil(scale.last))))
     draw, end_y = imgui.get_window_draw_list(), y + _STRIP_EM * imgui.get_font_size()
-    for frame in view.track.too_close_frames(desk.editing.shot, visible_frames):
+    for frame in view.track.too_close_frames(control.editing.shot, visible_frames):
         _draw_cells(draw, scale, FrameRange(frame, frame), y, end_y, theme.colors.damaged)
 
 
@@ -163,12 +163,12 @@ def _draw_cells(
         draw.add_rect_filled(ImVec2(x0, y0), ImVec2(max(x1, x0 + 1.0), y1), color)
 
 
-def _draw_playhead(desk: TimeDesk, scale: TimeScale, y0: float, y1: float) -> None:
+def _draw_playhead(control: TimeControl, scale: TimeScale, y0: float, y1: float) -> None:
     """Draw the playhead as a line with the number of its frame."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    text = str(desk.editing.frame)
+    text = str(control.editing.frame)
     half_width = imgui.calc_text_size(text).x / 2 + 0.3 * em
-    x = scale.x_at(desk.editing.frame)
+    x = scale.x_at(control.editing.frame)
     if not scale.x - 1 <= x <= scale.x + scale.width + 1:
         return
     draw.add_line(ImVec2(x, y0), ImVec2(x, y1), theme.colors.handle, 0.1 * em)
@@ -188,40 +188,40 @@ _CURVE_TIP = "Show the selected row as a curve, or all keys in rows (Shift+C)"
 _EASE_EM, _INTERPOLATION_EM, _CURVE_OF_EM = 6.2, 6.0, 8.4
 
 
-def key_controls_row(desk: TimeDesk, view: TimelineView) -> None:
+def key_controls_row(control: TimeControl, view: TimelineView) -> None:
     """Draw the row of key controls; those for selected keys are disabled without any."""
-    em, rows = imgui.get_font_size(), desk.keys.rows
+    em, rows = imgui.get_font_size(), control.keys.rows
     keys = [
         key
-        for key_id in desk.keys.target_keys
-        if (key := key_of(desk.editing.shot, key_id)) is not None
+        for key_id in control.keys.target_keys
+        if (key := key_of(control.editing.shot, key_id)) is not None
     ]
     tools = [
         button_tool(
-            "Set key", "set key", 0, desk.keys.set_here, _SET_TIPS[rows.selected_row is CAMERA]
+            "Set key", "set key", 0, control.keys.set_here, _SET_TIPS[rows.selected_row is CAMERA]
         ),
-        checkbox_tool("auto key", desk.editing, "auto_key", 1, _AUTO_KEY_TIP),
+        checkbox_tool("auto key", control.editing, "auto_key", 1, _AUTO_KEY_TIP),
         checkbox_tool("curve", rows, "shows_curve", 1, _CURVE_TIP),
-        Tool(partial(_interpolation_choice, desk, keys), _INTERPOLATION_EM * em, 3),
-        Tool(partial(_ease_field, desk, keys, "ease out", True), _EASE_EM * em, 4),
-        Tool(partial(_ease_field, desk, keys, "ease in", False), _EASE_EM * em, 4),
-        text_tool(_selection_note(desk), 5),
+        Tool(partial(_interpolation_choice, control, keys), _INTERPOLATION_EM * em, 3),
+        Tool(partial(_ease_field, control, keys, "ease out", True), _EASE_EM * em, 4),
+        Tool(partial(_ease_field, control, keys, "ease in", False), _EASE_EM * em, 4),
+        text_tool(_selection_note(control), 5),
     ]
     if rows.shows_curve:
-        tools.insert(3, Tool(partial(_curve_choice, desk, view), _CURVE_OF_EM * em, 2))
+        tools.insert(3, Tool(partial(_curve_choice, control, view), _CURVE_OF_EM * em, 2))
     tool_row("keys", tools)
 
 
-def _curve_choice(desk: TimeDesk, view: TimelineView) -> None:
+def _curve_choice(control: TimeControl, view: TimelineView) -> None:
     """Draw the choice of the parameter whose curve is shown."""
-    rows = desk.keys.rows
+    rows = control.keys.rows
     parameter = combo("curve of", rows.curve_parameter, {row: row.words for row in LensParameter})
     if parameter is not rows.curve_parameter:
         rows.select(parameter)
         view.heights = None
 
 
-def _interpolation_choice(desk: TimeDesk, keys: Sequence[Key]) -> None:
+def _interpolation_choice(control: TimeControl, keys: Sequence[Key]) -> None:
     """Draw the interpolation after the chosen keys; the camera has only one."""
     kinds = {key.interpolation for key in keys}
     current = kinds.pop() if len(kinds) == 1 else None
@@ -229,10 +229,10 @@ def _interpolation_choice(desk: TimeDesk, keys: Sequence[Key]) -> None:
     with widgets.disabled(not keys):
         picked_kind = combo("interpolation", current, words, _MIXED if keys else "")
     if picked_kind is not None and picked_kind is not current:
-        desk.keys.interpolate(picked_kind)
+        control.keys.interpolate(picked_kind)
 
 
-def _ease_field(desk: TimeDesk, keys: Sequence[Key], name: str, is_out: bool) -> None:
+def _ease_field(control: TimeControl, keys: Sequence[Key], name: str, is_out: bool) -> None:
     """Draw the length of the handles of the chosen keys on one side."""
     eases = [key.ease_out if is_out else key.ease_in for key in keys]
     percent = eases[0].influence_percent if eases else 0.0
@@ -244,12 +244,12 @@ def _ease_field(desk: TimeDesk, keys: Sequence[Key], name: str, is_out: bool) ->
         rects.note(name)
         texts.tooltip("How far the handle reaches; the segment becomes a Bezier")
     if has_changed:
-        desk.keys.ease(new_percent, is_out)
+        control.keys.ease(new_percent, is_out)
 
 
-def _selection_note(desk: TimeDesk) -> str:
+def _selection_note(control: TimeControl) -> str:
     """Return how many keys are selected, in words."""
-    count = len(desk.keys.selection)
+    count = len(control.keys.selection)
     if count:
         return f"{count} key{'s' * (count > 1)} selected"
-    return "key" if desk.keys.target_keys else "no key"
+    return "key" if control.keys.target_keys else "no key"

@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.model.shot.pull import TOLERANCE_LEAST, TOLERANCE_MOST, RecordingState
 from heatlens.core.model.units import label_distance
-from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.ui import rects, texts, theme
 from heatlens.studio.ui.timeline.curve_handles import Heights
 from heatlens.studio.ui.timeline.tool_row import Tool, button_tool, text_tool, tool_row
@@ -24,11 +24,11 @@ _TOLERANCE_TIP = (
 )
 
 
-def recording_row(desk: TimeDesk, unit: str) -> None:
+def recording_row(control: TimeControl, unit: str) -> None:
     """Draw the row that replaces the row of key controls during a recording."""
-    recording, state = desk.recording, desk.recording.state
+    recording, state = control.recording, control.recording.state
     if state is RecordingState.RECORDED:
-        tool_row("recording", _recorded_tools(desk, unit))
+        tool_row("recording", _recorded_tools(control, unit))
         return
     words = {
         RecordingState.ARMED: _ARMED_WORDS,
@@ -41,9 +41,9 @@ def recording_row(desk: TimeDesk, unit: str) -> None:
     rects.note("recording words")
 
 
-def _recorded_tools(desk: TimeDesk, unit: str) -> list[Tool]:
+def _recorded_tools(control: TimeControl, unit: str) -> list[Tool]:
     """Return the row after a recording: number of keys, tolerance, and buttons to keep or drop."""
-    em, recording = imgui.get_font_size(), desk.recording
+    em, recording = imgui.get_font_size(), control.recording
     keys = "one key" if recording.key_count == 1 else f"{recording.key_count} keys"
     bright_text = partial(text_tool, name="recording words", is_dim=False)
     tolerance_text = _tolerance_text(recording.tolerance_dioptres, unit)
@@ -51,7 +51,7 @@ def _recorded_tools(desk: TimeDesk, unit: str) -> list[Tool]:
         bright_text(f"{len(recording.samples)} frames recorded as", 4),
         bright_text(keys, 1),
         bright_text("tolerance", 3),
-        Tool(partial(_tolerance_slider, desk), _TOLERANCE_EM * em, 1),
+        Tool(partial(_tolerance_slider, control), _TOLERANCE_EM * em, 1),
         replace(bright_text(tolerance_text, 2), width=_FIGURE_EM * em),
         button_tool("Keep", "recording Keep", 0, recording.finish),
         button_tool("Discard", "recording Discard", 0, recording.discard),
@@ -64,9 +64,9 @@ def _tolerance_text(tolerance_dioptres: float, unit: str) -> str:
     return f"{label_distance(off_m, unit)} at {label_distance(_USUAL_M, unit)}"
 
 
-def _tolerance_slider(desk: TimeDesk) -> None:
+def _tolerance_slider(control: TimeControl) -> None:
     """Draw the slider of the tolerance, and compute the keys again with a changed one."""
-    recording = desk.recording
+    recording = control.recording
     has_changed, tolerance = imgui.slider_float(
         "##tolerance", recording.tolerance_dioptres, TOLERANCE_LEAST, TOLERANCE_MOST,
         "",
@@ -78,17 +78,17 @@ def _tolerance_slider(desk: TimeDesk) -> None:
         recording.set_tolerance(tolerance)
 
 
-def recorded_range(desk: TimeDesk) -> list[float]:
+def recorded_range(control: TimeControl) -> list[float]:
     """Return the lowest and highest level that `draw_recorded` draws, in dioptres; [] for none."""
-    recording = desk.recording
+    recording = control.recording
     levels = [1.0 / distance_m for _, distance_m in recording.samples]
     tolerance = recording.tolerance_dioptres
     return [min(levels) - tolerance, max(levels) + tolerance] if levels else []
 
 
-def draw_recorded(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
+def draw_recorded(control: TimeControl, scale: TimeScale, heights: Heights) -> None:
     """Draw the recorded focus as a line, inside the band of the tolerance of the keys."""
-    draw, recording = imgui.get_window_draw_list(), desk.recording
+    draw, recording = imgui.get_window_draw_list(), control.recording
     tolerance = recording.tolerance_dioptres
     levels = [(frame, 1.0 / distance_m) for frame, distance_m in recording.samples]
     corner = ImVec2(scale.x, heights.y)

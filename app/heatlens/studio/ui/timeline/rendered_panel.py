@@ -4,7 +4,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.errors import InputError
 from heatlens.render.rendered_frames.frame_store import MEGABYTE
-from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.settings.preferences import MEGABYTES_MOST
 from heatlens.studio.ui import texts, theme, widgets
 from heatlens.studio.ui.timeline.view import TimelineView
@@ -17,25 +17,27 @@ _TIP = (
 )
 
 
-def rendered_words(desk: TimeDesk) -> str:
+def rendered_words(control: TimeControl) -> str:
     """Return the progress of rendering ahead, as text; "" if no frames are rendered ahead."""
-    pull, is_playing = desk.frames_ahead, bool(desk.timeline.playback.direction)
+    pull, is_playing = control.frames_ahead, bool(control.timeline.playback.direction)
     if not pull.wanted_count:
         return ""
     done_count, wanted_count = len(pull.progress.rendered_frames), pull.wanted_count
     prefix = "preview: " if is_playing and not pull.plays_cached_frames else ""
-    if done_count == wanted_count and wanted_count == desk.timeline.played.count:
+    if done_count == wanted_count and wanted_count == control.timeline.played.count:
         return f"all {wanted_count} frames rendered"
     return f"{prefix}{done_count} of {wanted_count} frames rendered"
 
 
-def rendered_label(desk: TimeDesk, view: TimelineView) -> None:
+def rendered_label(control: TimeControl, view: TimelineView) -> None:
     """Draw the progress as a button in the current row."""
-    words = rendered_words(desk)
+    words = rendered_words(control)
     if not words:
         return
     em, is_preview = imgui.get_font_size(), words.startswith("preview")
-    count = f"{len(desk.frames_ahead.progress.rendered_frames)}/{desk.frames_ahead.wanted_count}"
+    count = (
+        f"{len(control.frames_ahead.progress.rendered_frames)}/{control.frames_ahead.wanted_count}"
+    )
     short_words = f"preview {count}" if is_preview else count
     imgui.same_line()
     width = imgui.get_content_region_avail().x - em
@@ -52,7 +54,7 @@ def rendered_label(desk: TimeDesk, view: TimelineView) -> None:
         view.open_frames_popup()
 
 
-def rendered_popup(desk: TimeDesk, view: TimelineView) -> None:
+def rendered_popup(control: TimeControl, view: TimelineView) -> None:
     """Draw the popup with the memory in use and its limits."""
     if view.opens_frames:
         view.opens_frames = False
@@ -62,18 +64,18 @@ def rendered_popup(desk: TimeDesk, view: TimelineView) -> None:
     imgui.set_next_window_size(ImVec2(26 * imgui.get_font_size(), 0))
     if imgui.begin_popup(_POPUP):
         imgui.text("Rendered frames")
-        _draw_facts(desk)
-        _draw_limits(desk)
-        _draw_buttons(desk)
+        _draw_facts(control)
+        _draw_limits(control)
+        _draw_buttons(control)
         imgui.end_popup()
 
 
-def _draw_facts(desk: TimeDesk) -> None:
+def _draw_facts(control: TimeControl) -> None:
     """Draw the progress, the size of a frame, and how much memory and disk is used."""
-    store, (width, height) = desk.frames_ahead.store, desk.frames_ahead.jobs.size
-    lines = [rendered_words(desk) or "no frames to play"]
-    if desk.frames_ahead.wanted_count:
-        megabytes = desk.frames_ahead.picture_bytes / MEGABYTE
+    store, (width, height) = control.frames_ahead.store, control.frames_ahead.jobs.size
+    lines = [rendered_words(control) or "no frames to play"]
+    if control.frames_ahead.wanted_count:
+        megabytes = control.frames_ahead.picture_bytes / MEGABYTE
         lines.append(f"each {width} x {height} pixels, {megabytes:.1f} MB: the size on the screen")
     lines.append(f"{_usage_text(store.memory.bytes_in_use, store.memory.limit_bytes)} of memory")
     if store.disk is not None:
@@ -90,31 +92,31 @@ def _usage_text(used_bytes: int, limit_bytes: int) -> str:
     return f"{used_bytes / MEGABYTE:,.0f} of {limit_bytes / MEGABYTE:,.0f} MB"
 
 
-def _draw_limits(desk: TimeDesk) -> None:
+def _draw_limits(control: TimeControl) -> None:
     """Draw the limits of memory and disk, and the switch of rendering ahead; apply changes."""
-    preferences = desk.frames_ahead.preferences
+    preferences = control.frames_ahead.preferences
     widgets.label("memory", "Megabytes for rendered frames; empty: a quarter of the free memory")
     memory = _megabytes_field(
-        "memory for frames", preferences.memory_mb, "a quarter of what is free", desk
+        "memory for frames", preferences.memory_mb, "a quarter of what is free", control
     )
     disk = preferences.disk_mb
-    if desk.frames_ahead.store.disk is not None:
+    if control.frames_ahead.store.disk is not None:
         widgets.label("disk", "Megabytes for rendered frames; 0 keeps none on disk")
-        disk = _megabytes_field("disk for frames", preferences.disk_mb, "0", desk)
+        disk = _megabytes_field("disk for frames", preferences.disk_mb, "0", control)
     widgets.label("render")
     words = "frames ahead while idle"
     if (
         widgets.check(words, preferences.keep_frames, "render frames ahead")
         != preferences.keep_frames
     ):
-        desk.frames_ahead.switch()
+        control.frames_ahead.switch()
     if (memory, disk) != (preferences.memory_mb, preferences.disk_mb):
-        desk.frames_ahead.resize(memory, disk)
+        control.frames_ahead.resize(memory, disk)
 
 
-def _megabytes_field(name: str, value: int, hint: str, desk: TimeDesk) -> int:
+def _megabytes_field(name: str, value: int, hint: str, control: TimeControl) -> int:
     value_text = f"{value} MB" if value else ""
-    return widgets.text_field(name, value_text, value, _parse_megabytes, desk.say, hint)
+    return widgets.text_field(name, value_text, value, _parse_megabytes, control.say, hint)
 
 
 def _parse_megabytes(text: str) -> int:
@@ -130,10 +132,10 @@ def _parse_megabytes(text: str) -> int:
     return round(count)
 
 
-def _draw_buttons(desk: TimeDesk) -> None:
+def _draw_buttons(control: TimeControl) -> None:
     """Draw the buttons that clear all frames and close the popup."""
     if widgets.button("Clear", "clear frames"):
-        desk.frames_ahead.clear()
+        control.frames_ahead.clear()
     imgui.same_line()
     if widgets.button("Close", "close rendered frames"):
         imgui.close_current_popup()

@@ -10,7 +10,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import Ending, check_frame, check_frames_per_second
 from heatlens.media.sequence.sequence import MissingPolicy
-from heatlens.studio.board.desks import TimeDesk
+from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.timeline.rendered_panel import rendered_label
 from heatlens.studio.ui.timeline.tool_row import Tool, text_tool, tool_row
@@ -51,30 +51,30 @@ _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = 
 }
 
 
-def transport(desk: TimeDesk, view: TimelineView) -> None:
+def transport(control: TimeControl, view: TimelineView) -> None:
     """Draw the controls in one row; rare ones and those that do not fit are in a popup."""
-    em, rate = imgui.get_font_size(), desk.editing.shot.frames_per_second
-    frames = f"of {desk.timeline.played}, {rate:.5g} fps"
+    em, rate = imgui.get_font_size(), control.editing.shot.frames_per_second
+    frames = f"of {control.timeline.played}, {rate:.5g} fps"
     tool_row(
         "transport",
         [
-            *_transport_buttons(desk),
-            Tool(partial(_frame_field, desk), _FIELD_EM * em, 0),
+            *_transport_buttons(control),
+            Tool(partial(_frame_field, control), _FIELD_EM * em, 0),
             text_tool(
                 frames, 6, tip="Frames to play: I and O set in and out, Shift+I clears them."
             ),
-            Tool(partial(_timecode_field, desk), _TIMECODE_EM * em, 5, is_rare=True),
-            Tool(partial(_rate_field, desk), _RATE_EM * em, 7, is_rare=True),
-            *_option_tools(desk),
+            Tool(partial(_timecode_field, control), _TIMECODE_EM * em, 5, is_rare=True),
+            Tool(partial(_rate_field, control), _RATE_EM * em, 7, is_rare=True),
+            *_option_tools(control),
         ],
         _MORE_TIP,
     )
-    rendered_label(desk, view)
+    rendered_label(control, view)
 
 
-def _transport_buttons(desk: TimeDesk) -> list[Tool]:
+def _transport_buttons(control: TimeControl) -> list[Tool]:
     """Return the buttons of the row, from the first frame to record."""
-    timeline, direction = desk.timeline, desk.timeline.playback.direction
+    timeline, direction = control.timeline, control.timeline.playback.direction
     buttons: tuple[tuple[int, str, str, str, Callable[[], None]], ...] = (
         (2, "first", "first", "First frame (Home)", lambda: timeline.go_to_end(-1)),
         (4, "previous key", "previous key", "Previous key (Up)", lambda: timeline.go_to_key(-1)),
@@ -86,9 +86,9 @@ def _transport_buttons(desk: TimeDesk) -> list[Tool]:
         (1, "on", "on", "Next frame (Right)", lambda: timeline.step(1)),
         (4, "next key", "next key", "Next key (Down)", lambda: timeline.go_to_key(1)),
         (2, "last", "last", "Last frame (End)", lambda: timeline.go_to_end(1)),
-        (1, "record", "record", _RECORD_TIP, desk.recording.arm),
+        (1, "record", "record", _RECORD_TIP, control.recording.arm),
     )  # fmt: skip
-    width, is_armed = _ICON_ASPECT * imgui.get_frame_height(), desk.recording.state.is_waiting
+    width, is_armed = _ICON_ASPECT * imgui.get_frame_height(), control.recording.state.is_waiting
 
     def drawn(name: str, shape: str, tip: str, on_press: Callable[[], None]) -> None:
         if _icon_button(name, shape, tip, is_armed and name == "record"):
@@ -131,56 +131,58 @@ def _draw_shape(shape: str, center: ImVec2, reach: float) -> None:
         draw.add_rect_filled(at(-0.8, -0.8), at(0.8, 0.8), theme.colors.handle)
 
 
-def _frame_field(desk: TimeDesk) -> None:
+def _frame_field(control: TimeControl) -> None:
     """Draw the field of the frame at the playhead; go to a typed frame."""
-    frame = desk.editing.frame
-    new_frame = widgets.text_field("frame", str(frame), frame, _parse_frame, desk.say)
+    frame = control.editing.frame
+    new_frame = widgets.text_field("frame", str(frame), frame, _parse_frame, control.say)
     if new_frame != frame:
-        desk.timeline.go_to(new_frame)
+        control.timeline.go_to(new_frame)
 
 
-def _timecode_field(desk: TimeDesk) -> None:
+def _timecode_field(control: TimeControl) -> None:
     """Draw the timecode of the frame; typing one sets the timecode of the first frame."""
-    timecode, parse = desk.timeline.timecode, desk.timeline.start_timecode
-    new_timecode = widgets.text_field("timecode", timecode, timecode, parse, desk.say, "timecode")
+    timecode, parse = control.timeline.timecode, control.timeline.start_timecode
+    new_timecode = widgets.text_field(
+        "timecode", timecode, timecode, parse, control.say, "timecode"
+    )
     texts.tooltip(_TIMECODE_TIP)
     if new_timecode != timecode:
-        desk.editing.edit(replace(desk.editing.shot, start_timecode=new_timecode or None))
+        control.editing.edit(replace(control.editing.shot, start_timecode=new_timecode or None))
 
 
-def _rate_field(desk: TimeDesk) -> None:
+def _rate_field(control: TimeControl) -> None:
     """Draw the field of the frames per second."""
-    rate = desk.editing.shot.frames_per_second
+    rate = control.editing.shot.frames_per_second
     rate_text = f"{rate:.5g} fps"
-    new_rate = widgets.text_field("frames per second", rate_text, rate, _parse_rate, desk.say)
+    new_rate = widgets.text_field("frames per second", rate_text, rate, _parse_rate, control.say)
     if new_rate != rate:
-        desk.editing.edit(replace(desk.editing.shot, frames_per_second=new_rate))
+        control.editing.edit(replace(control.editing.shot, frames_per_second=new_rate))
 
 
-def _option_tools(desk: TimeDesk) -> list[Tool]:
+def _option_tools(control: TimeControl) -> list[Tool]:
     """Return the choices of ending, pace and, if frames are missing, their substitute."""
-    em, cache = imgui.get_font_size(), desk.timeline.cache
+    em, cache = imgui.get_font_size(), control.timeline.cache
     tools = [
-        Tool(partial(_ending_choice, desk), _COMBO_EM * em, 8, is_rare=True),
-        Tool(partial(_pace_choice, desk), _WIDE_EM * em, 8, is_rare=True),
+        Tool(partial(_ending_choice, control), _COMBO_EM * em, 8, is_rare=True),
+        Tool(partial(_pace_choice, control), _WIDE_EM * em, 8, is_rare=True),
     ]
-    if desk.timeline.missing == "hold" and (cache is None or not cache.sequence.missing):
+    if control.timeline.missing == "hold" and (cache is None or not cache.sequence.missing):
         return tools  # nothing is missing
-    return [*tools, Tool(partial(_missing_choice, desk), _MISSING_EM * em, 8)]
+    return [*tools, Tool(partial(_missing_choice, control), _MISSING_EM * em, 8)]
 
 
-def _ending_choice(desk: TimeDesk) -> None:
-    playback, words = desk.timeline.playback, {ending: str(ending) for ending in Ending}
+def _ending_choice(control: TimeControl) -> None:
+    playback, words = control.timeline.playback, {ending: str(ending) for ending in Ending}
     playback.ending = combo("ending", playback.ending, words)
 
 
-def _pace_choice(desk: TimeDesk) -> None:
-    playback = desk.timeline.playback
+def _pace_choice(control: TimeControl) -> None:
+    playback = control.timeline.playback
     playback.is_every_frame = combo("pace", playback.is_every_frame, _PACE_NAMES)
 
 
-def _missing_choice(desk: TimeDesk) -> None:
-    timeline = desk.timeline
+def _missing_choice(control: TimeControl) -> None:
+    timeline = control.timeline
     timeline.missing = combo("missing frames", timeline.missing, _MISSING_NAMES)
 
 

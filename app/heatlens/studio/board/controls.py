@@ -1,6 +1,6 @@
-"""The desks of a session, each with the commands and workers of one subject.
+"""The controls of a session: for each subject, such as time or pictures, its commands and workers.
 
-A front end uses the desks of the subjects that it shows. The session polls the `workers` of each.
+A front end uses those of the subjects that it shows; the session polls the `workers` of each.
 """
 
 from collections.abc import Mapping
@@ -46,7 +46,7 @@ from heatlens.studio.session.time.focus_track import MarkTrack, MarkTracks
 from heatlens.studio.session.time.timeline import Timeline
 
 
-class PictureDesk:
+class PictureControl:
     """Viewing and saving the picture: view, comparison, looks, files; frames that others render."""
 
     def __init__(self, shared: Shared, timeline: Timeline, frames_folder: Path | None) -> None:
@@ -78,7 +78,7 @@ class PictureDesk:
         return self.sides.a
 
 
-class LensDesk:
+class LensControl:
     """The lens, the devices that turn it, and the programs that receive it."""
 
     def __init__(self, shared: Shared) -> None:
@@ -90,7 +90,7 @@ class LensDesk:
         self.workers: tuple[Worker, ...] = (sent, self.ring, ring_out)
 
 
-class TimeDesk:
+class TimeControl:
     """Everything about frames: timeline, keys, marks, recorded pulls, rendered frames."""
 
     workers: tuple[Worker, ...]
@@ -99,8 +99,8 @@ class TimeDesk:
         self,
         shared: Shared,
         timeline: Timeline,
-        pictures: PictureDesk,
-        lens: LensDesk,
+        pictures: PictureControl,
+        lens: LensControl,
         scenes: SceneCommands,
         speed: Speed,
         screen: ScreenPictures | None,
@@ -160,11 +160,15 @@ class TimeDesk:
         return self._plate_tracks.tracks(timeline.cache, timeline.runs(), marks)
 
 
-class FileDesk:
+class FileControl:
     """Files: opening, saving, exporting, and the preferences."""
 
     def __init__(
-        self, shared: Shared, pictures: PictureDesk, timeline: Timeline, frames_folder: Path | None
+        self,
+        shared: Shared,
+        pictures: PictureControl,
+        timeline: Timeline,
+        frames_folder: Path | None,
     ) -> None:
         self.documents = documents = ShotDocuments(shared, timeline)
         self.exports = ExportCommands(
