@@ -105,6 +105,12 @@ def test_no_source_asks_for_os_name():
     assert [name for name, text in SOURCES.items() if re.search(r"\bos\.name\b", text)] == []
 
 
+def test_one_file_names_the_python_of_this_process():
+    """The frozen program has none: whoever starts heatlens again goes through `own_command`."""
+    users = [name for name, text in SOURCES.items() if "sys.executable" in text]
+    assert users == ["core/base/own_command.py"]
+
+
 @pytest.mark.parametrize(
     "platform, foreign", [("win32", "os.fork"), ("darwin", "os.memfd_create")], ids=str
 )

@@ -6,7 +6,6 @@ and FRAMES by its own names, since paths differ between machines, and quotes tex
 
 import math
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -16,6 +15,7 @@ from typing import Literal
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.memory import wait_for_peak_bytes
+from heatlens.core.base.own_command import own_command
 from heatlens.core.base.stopping import temporary_folder
 from heatlens.deliver.farm.events import Event, event_in
 from heatlens.media.sequence.names import frames_text
@@ -186,7 +186,7 @@ def measure_first_frames(job: FarmJob, name: str, frames: Sequence[int]) -> Meas
             *command_words(job.steps[0].words, frames_text(frames[:2])),
             f"--output={folder / name}",
         )
-        command = [sys.executable, "-P", "-m", "heatlens", *words, "--progress=json"]
+        command = own_command(*words, "--progress=json")
         start_s = time.monotonic()
         with subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL

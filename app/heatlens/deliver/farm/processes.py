@@ -11,6 +11,7 @@ from threading import Thread, current_thread, main_thread
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.last_words import StderrTail
+from heatlens.core.base.own_command import own_command
 from heatlens.deliver.export.plan import PlannedFrame
 from heatlens.deliver.export.run import FrameDone
 from heatlens.deliver.farm.events import Event, event_in
@@ -120,13 +121,16 @@ def start_process(
 
     If `is_shown`, it prints here.
     """
-    # -P: do not run a file in the current folder that has the name of a Python module.
-    command = [sys.executable, "-P", "-m", "heatlens", *words]
     with _children_obey_signals():
         pipe = None if is_shown else subprocess.PIPE
         environment = _thread_limit(count) | os.environ
         return subprocess.Popen(
-            command, stdout=pipe, stderr=pipe, text=True, env=environment, creationflags=_OWN_GROUP
+            own_command(*words),
+            stdout=pipe,
+            stderr=pipe,
+            text=True,
+            env=environment,
+            creationflags=_OWN_GROUP,
         )
 
 

@@ -15,6 +15,7 @@ import warnings
 from typing import NoReturn
 
 from heatlens.core.base import stopping
+from heatlens.core.base.own_command import restart_python
 
 
 def main() -> int:
@@ -44,8 +45,7 @@ def _use_utf8() -> None:
     """
     if sys.getfilesystemencoding() != "utf-8":
         terminal = f"terminal={sys.stdout.encoding}" if sys.stdout else "terminal"
-        words = ("-X", "utf8", "-X", terminal, *sys.orig_argv[1:])
-        os.execv(sys.executable, [sys.executable, *words])
+        restart_python("-X", "utf8", "-X", terminal)
     encoding = sys._xoptions.get("terminal")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

@@ -7,7 +7,6 @@ import importlib.metadata
 import os
 import platform
 import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,6 +18,7 @@ from heatlens.core.base.errors import GpuError, MissingPackageError
 from heatlens.core.base.extras import extra, import_module_safely, parts
 from heatlens.core.base.memory import total_memory_bytes
 from heatlens.core.base.outside_text import one_line
+from heatlens.core.base.own_command import module_command, own_command
 from heatlens.core.base.paths import data_dir
 from heatlens.core.base.stopping import temporary_folder
 from heatlens.core.model.boxes import Box
@@ -129,7 +129,7 @@ def _shader_cache_bytes(folder: Path) -> int:
     cache = folder / "cache"
     cache.mkdir(exist_ok=True)  # NVIDIA's driver keeps nothing in a folder that does not exist
     plate, picture = data_dir("assets") / "still_life.exr", folder / "picture.exr"
-    command = [sys.executable, "-m", "heatlens", "render", str(plate), "-o", str(picture)]
+    command = own_command("render", str(plate), "-o", str(picture))
     environment = os.environ | dict.fromkeys(_CACHE_VARIABLES, str(cache))
     process = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if process.returncode != 0:
@@ -170,8 +170,7 @@ def _window_renderer(module: str) -> str:
     X kills a process on errors, and with Mesa no window can draw on a thread that also has a
     context without a window.
     """
-    # -P: a file in the current folder that has the name of a Python module must not be run.
-    command = [sys.executable, "-P", "-m", module]
+    command = module_command(module)
     try:
         process = subprocess.run(command, capture_output=True, text=True, timeout=_WINDOW_TIMEOUT_S)
     except subprocess.TimeoutExpired:

@@ -24,6 +24,7 @@ import heatlens
 from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.core.base.faults import to_heatlens_error
 from heatlens.core.base.last_words import StderrTail
+from heatlens.core.base.own_command import module_command
 from heatlens.core.base.stopping import die_with_parent
 from heatlens.media.files import limits
 from heatlens.media.files.answers import AnswerError, pack_answer, unpack_answer
@@ -79,10 +80,9 @@ def call_in_process(
     HeatlensError that it raises, and an InputError that begins with `file_name` if the process
     crashes or exceeds its limits on time or memory.
     """
-    arguments = (__spec__.name, str(os.getpid()), read.__module__, read.__name__, file_name)
-    # -P: a file in the working folder that has the name of a Python module must not be run.
+    words = (str(os.getpid()), read.__module__, read.__name__, file_name)
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", *arguments],
+        module_command(__spec__.name, *words),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
