@@ -165,6 +165,7 @@ def test_wing_init_has_only_a_docstring(wing):
 # Named by a text and imported on first use, because they lie further up than who names them.
 NAMED_ON_USE = {
     "core.model.marks.marks": {"media.plate.mark_distance"},
+    "fronts.api.exporting": {"fronts.commands.export_for_python"},
     "render.source.kinds": {
         *("fronts.api.opening", "fronts.commands.sources.of_plates"),
         *("fronts.commands.sources.of_scenes", "fronts.commands.sources.source_commands"),

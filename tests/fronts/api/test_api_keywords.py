@@ -10,8 +10,9 @@ from heatlens.core.model.lens.opening_fields import OpeningFields
 from heatlens.core.model.option import type_of
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.deliver.export.options import ExportOptions
 from heatlens.fronts.api.frame import Frame
-from heatlens.fronts.api.keywords import FrameOptions, ReadingOptions, RenderOptions
+from heatlens.fronts.api.keywords import ExportKeywords, FrameOptions, ReadingOptions, RenderOptions
 from heatlens.fronts.api.opening import open as open_source
 from heatlens.fronts.api.source import Source
 
@@ -23,10 +24,15 @@ def names(*kinds: type) -> list[str]:
 def test_typed_keywords_equal_fields_they_set() -> None:
     assert list(RenderOptions.__annotations__) == names(OpeningFields, DefocusSettings)
     assert list(ReadingOptions.__annotations__) == names(PlateOptions)
+    own_names = [
+        name for name in ExportKeywords.__annotations__ if name not in FrameOptions.__annotations__
+    ]
+    assert own_names == names(ExportOptions)
 
 
 def test_api_functions_use_typed_keywords() -> None:
     assert get_type_hints(Source.render)["more"] == Unpack[RenderOptions]
+    assert get_type_hints(Source.export)["options"] == Unpack[ExportKeywords]
     assert get_type_hints(Frame.render)["given"] == Unpack[FrameOptions]
     assert get_type_hints(open_source)["reading"] == Unpack[ReadingOptions]
 

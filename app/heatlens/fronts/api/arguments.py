@@ -14,7 +14,7 @@ from dataclasses import fields
 from enum import StrEnum
 from functools import cache
 from types import NoneType, UnionType
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from heatlens.core.model.lens.opening_image import OpeningImage
 from heatlens.core.model.option import OTHER_NAMES, Values, options_of
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.deliver.export.options import ExportOptions
 from heatlens.media.plate.opening_picture import read_opening_image
 
 Choice = TypeVar("Choice", bound=StrEnum)
@@ -33,12 +34,17 @@ _FieldTypes = Mapping[str, tuple[object, ...]]
 
 LENS_VALUES = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")
 PLATE_OPTION_NAMES = tuple(field.name for field in fields(PlateOptions))
+EXPORT_OPTION_NAMES = tuple(field.name for field in fields(ExportOptions))
 BLUR_OPTION_NAMES = tuple(field.name for field in fields(DefocusSettings))
 # The names that each function takes, in the order in which they are listed.
 _NAMES = {
     "render": (
         *("lens", "frame", *LENS_VALUES, "focus_at", "lens_model"),
         *(*APERTURE_FIELDS, *BLUR_OPTION_NAMES),
+    ),
+    "export": (
+        *("lens", "output", "progress", "is_cancelled", *LENS_VALUES, "focus_at", "lens_model"),
+        *(*APERTURE_FIELDS, *BLUR_OPTION_NAMES, *EXPORT_OPTION_NAMES),
     ),
     "open": ("depth_m", "coc_px", "camera", "size", *PLATE_OPTION_NAMES),
 }
@@ -109,6 +115,10 @@ def _check_value(kind: type, name: str, value: object) -> object:
         return tuple(
             _check_single_value(item_type, name, item) for item in _list_items(name, value)
         )
+    if origin is Literal:
+        if value in get_args(hint):
+            return value
+        raise InputError(f"{name} is one of {', '.join(get_args(hint))}, got {short_repr(value)}.")
     if hint is float:
         option = options_of(kind).get(name)
         return check_number(name, value, None if option is None else option.parse)

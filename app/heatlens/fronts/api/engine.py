@@ -59,6 +59,10 @@ class Engine:
         load_content(content)
         self._loaded = (owner, content)
 
+    def unload_all(self) -> None:
+        """Forget what is loaded, because other work loads content of its own."""
+        self._loaded = None
+
     def unload(self, owner: object) -> None:
         """Forget the content that `owner` has loaded."""
         if self._loaded is not None and self._loaded[0] is owner:

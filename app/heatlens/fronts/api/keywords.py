@@ -91,6 +91,26 @@ class FrameOptions(RenderOptions, total=False):
     lens_model: str | None
 
 
+class ExportKeywords(FrameOptions, total=False):
+    """`FrameOptions`, and the options of the files."""
+
+    frames: str
+    missing: Literal["hold", "black", "stop"]
+    force: bool
+    overwrite: bool
+    fps: float | None
+    start_timecode: str | None
+    is_float: bool
+    compression: Literal["none", "rle", "zips", "zip", "piz", "dwaa", "dwab"]
+    with_depth: bool
+    with_coc: bool
+    keep_channels: str
+    burn_in: bool
+    burn_in_text: str
+    shot_name: str
+    unit: Literal["m", "ft"]
+
+
 class ReadingOptions(TypedDict, total=False):
     """The options for reading a plate."""
 

@@ -18,6 +18,7 @@ from heatlens.fronts.api.arguments import (
     is_single,
     short_repr,
 )
+from heatlens.fronts.api.exporting import option_words
 from heatlens.fronts.api.keywords import ReadingOptions
 from heatlens.fronts.api.notes import errors_with_python_names
 from heatlens.fronts.api.source import Source
@@ -74,7 +75,19 @@ def open(
             _refuse_arguments("an array", camera=camera, size=size, **options)
             return OnePlate(_plate_of_arrays(source, depth_m, coc_px), is_strict)
         _refuse_arguments("a file", depth_m=depth_m, coc_px=coc_px)
-        return _open_name(check_text("source", source), camera, size, options)
+        name = check_text("source", source)
+        opened = _open_name(name, camera, size, options)
+        opened.set_words(_words_of(name, camera, size, options))
+        return opened
+
+
+def _words_of(
+    name: str, camera: str | None, size: tuple[int, int] | None, options: Values
+) -> tuple[str, ...]:
+    """Return the words by which a command line names the source, with how it is read."""
+    camera_words = () if camera is None else (f"--scene-camera={camera}",)
+    size_words = () if size is None else ("--size={}x{}".format(*size),)
+    return (name, *camera_words, *size_words, *option_words(options))
 
 
 def _plate_of_arrays(

@@ -1,17 +1,28 @@
 """The base of all sources that can be rendered through a lens to arrays."""
 
+import os
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator
-from typing import Unpack
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any, Unpack
 
 from heatlens.core.base.closing import Closing
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.shot import Shot
-from heatlens.fronts.api.arguments import LENS_VALUES, check_names, check_whole_number
+from heatlens.deliver.export.options import ExportOptions
+from heatlens.fronts.api.arguments import (
+    EXPORT_OPTION_NAMES,
+    LENS_VALUES,
+    check_names,
+    check_text,
+    check_values,
+    check_whole_number,
+)
 from heatlens.fronts.api.engine import ENGINE
+from heatlens.fronts.api.exporting import Progress, export_words, request_words
 from heatlens.fronts.api.frame import Frame, FrameFacts, FrameProperties
-from heatlens.fronts.api.keywords import RenderOptions
+from heatlens.fronts.api.keywords import ExportKeywords, RenderOptions
 from heatlens.fronts.api.notes import Notes, errors_with_python_names
 from heatlens.fronts.api.request import RenderRequest, check_render_arguments
 from heatlens.media.plate.plate import Plate
@@ -30,6 +41,11 @@ class Source(FrameProperties, Closing):
     def __init__(self) -> None:
         """Begin without notes."""
         self._notes = Notes()
+        self._words: tuple[str, ...] = ()
+
+    def set_words(self, words: tuple[str, ...]) -> None:
+        """Set the words by which a command line names this source, with its options."""
+        self._words = words
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -118,6 +134,44 @@ class Source(FrameProperties, Closing):
         plate = renderer.loaded.plate
         self._notes.warn(*plate.notes, *filter(None, [plate.surfaces_lost]))
         return pixels
+
+    def export(
+        self,
+        output: str | os.PathLike[str],
+        lens: Lens | None = None,
+        *,
+        progress: Progress | None = None,
+        is_cancelled: Callable[[], bool] | None = None,
+        **options: Unpack[ExportKeywords],
+    ) -> tuple[Path, ...]:
+        """Write the frames to `output`, as `heatlens export` does; return the files.
+
+        `output` is frames.####.exr, one picture, or a movie (.mov, .mp4). `lens` and its single
+        values are those of `render`, and the files have options of their own: see
+        `ExportKeywords`. Finished frames of an earlier export are left as they are.
+
+        `progress` is called with each finished frame, an `ExportedFrame`. `is_cancelled` is asked
+        after each: if it returns True, the export ends, and a later one goes on. An unfinished
+        movie is removed.
+
+        Raises HeatlensError as `render` does, for arrays, which no file names, and for a file that
+        cannot be written.
+        """
+        given: dict[str, Any] = dict(options)
+        values = {name: given.get(name) for name in LENS_VALUES}
+        with errors_with_python_names():
+            check_names("export", given)
+            if not self._words:
+                raise InputError(
+                    "Arrays have no file to export: render them, and write the result."
+                )
+            request = check_render_arguments(
+                lens, None, values, given.get("focus_at"), given.get("lens_model"), given
+            )
+            given = {name: given[name] for name in EXPORT_OPTION_NAMES if name in given}
+            words = request_words(request, check_values(ExportOptions, given))
+            out = f"--output={check_text('output', output)}"
+            return export_words((*self._words, out, *words), progress, is_cancelled)
 
     @abstractmethod
     def _load_shot(self, renderer: FrameRenderer, request: RenderRequest) -> tuple[Shot, int]:

@@ -1,0 +1,96 @@
+"""Export a source to files, with the same result as the command `heatlens export`."""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from heatlens.core.base.extras import OnUse
+from heatlens.core.model.lens.aperture import Aperture
+from heatlens.core.model.lens.lens import Lens, MeasuredFrom
+from heatlens.core.model.lens.opening_image import OpeningImage
+from heatlens.core.model.option import options_of
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.deliver.export.options import ExportOptions
+from heatlens.deliver.export.run import export_frames
+from heatlens.fronts.api.engine import ENGINE
+from heatlens.fronts.api.request import RenderRequest
+
+_plan_of_words = OnUse("fronts.commands.export_for_python", "plan_of_words")
+_FLAGS = {
+    name: option.flag
+    for kind in (PlateOptions, DefocusSettings, Aperture, Lens, ExportOptions)
+    for name, option in options_of(kind).items()
+} | {"model": "lens-model"}
+
+
+@dataclass(frozen=True)
+class ExportedFrame:
+    """A frame whose file is complete.
+
+    number     its frame number
+    path       its file; all frames of a movie have the same
+    was_there  True if an earlier export finished it
+    done       how many frames are finished, this one included
+    count      how many frames the export has
+    """
+
+    number: int
+    path: Path
+    was_there: bool
+    done: int
+    count: int
+
+
+Progress = Callable[[ExportedFrame], object]
+
+
+def option_words(values: Mapping[str, object]) -> Iterator[str]:
+    """Yield the options of the command line for values of fields; False and None give none."""
+    for name, value in values.items():
+        flag = f"--{_FLAGS[name]}"
+        items = value if isinstance(value, tuple) else (value,)
+        for item in items:
+            if item is True:
+                yield flag
+            elif item is not None and item is not False:
+                yield f"{flag}={item.path if isinstance(item, OpeningImage) else item}"
+
+
+def request_words(request: RenderRequest, export_fields: Mapping[str, object]) -> Iterator[str]:
+    """Yield the options of the command line for the lens, the blur and the files."""
+    lens_fields = _as_measured(request.lens_fields)
+    yield from option_words({**lens_fields, **request.blur_fields, **export_fields})
+    if request.focus_at is not None:
+        yield "--focus-at={},{}".format(*request.focus_at)
+
+
+def _as_measured(lens_fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a lens with its focus measured from where the command line does."""
+    fields = dict(lens_fields)
+    measured_from = fields.get("measured_from", MeasuredFrom.PUPIL)
+    if measured_from is MeasuredFrom.PUPIL:
+        fields.pop("pupil_offset_mm", None)
+    elif "focus_distance_m" in fields:
+        fields["focus_distance_m"] += measured_from.offset_m(fields["pupil_offset_mm"])
+    return fields
+
+
+def export_words(
+    words: tuple[str, ...], progress: Progress | None, is_cancelled: Callable[[], bool] | None
+) -> tuple[Path, ...]:
+    """Export what the words of a command line describe; return the files of finished frames."""
+    plan = _plan_of_words(words)
+    paths: dict[Path, None] = {}
+    ENGINE.unload_all()  # the export loads its own frames
+    with closing(export_frames(plan, ENGINE.renderer)) as steps:
+        for done, frame in enumerate(steps, start=1):
+            paths[frame.path] = None
+            if progress is not None:
+                count = len(plan.frames)
+                progress(ExportedFrame(frame.frame, frame.path, frame.was_there, done, count))
+            if is_cancelled is not None and is_cancelled():
+                break
+    return tuple(path for path in paths if path.exists())
