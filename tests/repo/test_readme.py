@@ -52,7 +52,10 @@ def test_pictures_of_readme_exist() -> None:
         assert (ROOT / "assets" / name).stat().st_size > 10_000
 
 
-def test_python_example_of_readme_runs(session_context: object) -> None:
+def test_python_example_of_readme_runs(
+    session_context: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # it writes a picture
     text = (ROOT / "README.md").read_text().split("```python\n")[1].split("```")[0]
     code = text.replace("assets/", f"{ROOT.as_posix()}/assets/")
     depth_m = np.linspace(2.0, 6.0, 12, dtype=np.float32).reshape(3, 4)
@@ -60,6 +63,7 @@ def test_python_example_of_readme_runs(session_context: object) -> None:
     exec(code, names)
     assert isinstance(names["picture"], np.ndarray) and names["picture"].shape == (360, 640, 4)
     assert len(names["pictures"]) == 3  # type: ignore[arg-type]
+    assert names["files"] == (Path("still.png"),) and Path("still.png").is_file()
 
 
 def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:

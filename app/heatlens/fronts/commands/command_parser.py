@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
 
-from heatlens.fronts.commands.command_table import COMMANDS, module_of
+from heatlens.fronts.commands.command_table import COMMANDS, DESKTOP_OPTIONS, module_of
 from heatlens.fronts.commands.option_suggestion import is_other_program_option, option_suggestion
 from heatlens.version import __version__
 
@@ -178,6 +178,18 @@ class _Completion(argparse.Action):
         raise SystemExit(0)
 
 
+class _Desktop(argparse.Action):
+    """Adds the program to the desktop or removes it, and ends."""
+
+    def __call__(self, *given: Any) -> None:
+        """Do what the option says, which is the last of the `given` values."""
+        from heatlens.fronts.commands import desktop_files
+
+        is_install = given[-1] == DESKTOP_OPTIONS[0]
+        print(desktop_files.install() if is_install else desktop_files.uninstall())
+        raise SystemExit(0)
+
+
 def build_parser(names: Collection[str] = COMMANDS) -> argparse.ArgumentParser:
     """Build the command line of the commands `names`; the default is all of them.
 
@@ -196,6 +208,15 @@ def build_parser(names: Collection[str] = COMMANDS) -> argparse.ArgumentParser:
         choices=("bash", "zsh", "tcsh"),
         help="print a completion script for this shell",
     )
+    install, uninstall = DESKTOP_OPTIONS
+    parser.add_argument(
+        install,
+        action=_Desktop,
+        nargs=0,
+        help="let a double click on a shot or a reel open it here: adds heatlens to the menu and "
+        "the file types of this user",
+    )
+    parser.add_argument(uninstall, action=_Desktop, nargs=0, help="undo that")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, command in COMMANDS.items():
         if name in names:

@@ -14,7 +14,8 @@ from typing import NamedTuple
 from heatlens.core.base.errors import InputError
 
 _QUIET_OPTIONS = ("-q", "--quiet")
-_PROGRAM_OPTIONS = ("-h", "--help", "-V", "--version", "--print-completion")
+DESKTOP_OPTIONS = ("--install-desktop", "--uninstall-desktop")
+_PROGRAM_OPTIONS = ("-h", "--help", "-V", "--version", "--print-completion", *DESKTOP_OPTIONS)
 
 
 class Command(NamedTuple):

@@ -8,8 +8,11 @@ from heatlens.core.base.errors import NoWindowError
 from heatlens.core.base.system_packages import display_advice, driver_advice
 from heatlens.core.model.view.ui_sizes import fitted_size
 from heatlens.studio.settings.preferences import PreferenceValues
+from heatlens.studio.ui.icon import icon
 
 _SIZE = 1600, 900
+_NAME = "heatlens"  # by it a desktop knows which program a window belongs to
+_ICON_SIZES_PX = 16, 32, 64
 
 
 # `open_window` reports errors as NoWindowError, and waking a window that is not there yet is none.
@@ -34,6 +37,8 @@ def open_window(preferences: PreferenceValues) -> object:
         (glfw.VISIBLE, 0),  # hidden until it has its size
     ):
         glfw.window_hint(hint, value)
+    for name_hint in (glfw.X11_CLASS_NAME, glfw.X11_INSTANCE_NAME, glfw.WAYLAND_APP_ID):
+        glfw.window_hint_string(name_hint, _NAME)
     window = glfw.create_window(*_SIZE, "heatlens", None, None)
     glfw.window_hint(glfw.VISIBLE, 1)  # the default, for other windows
     if not window:
@@ -42,6 +47,8 @@ def open_window(preferences: PreferenceValues) -> object:
         raise NoWindowError(
             f"No window with OpenGL 4.3 can be opened: {reason}. {driver_advice()}."
         )
+    # Wayland takes the icon of the desktop file instead.
+    glfw.set_window_icon(window, len(_ICON_SIZES_PX), [icon(size) for size in _ICON_SIZES_PX])
     # Set the size once the window exists: the remembered size already includes the monitor's scale.
     size = preferences.window_size or glfw.get_window_size(window)
     glfw.set_window_size(window, *fitted_size(size, work_area_of(glfw.get_primary_monitor())))
