@@ -1,5 +1,7 @@
 """Open the GLFW window at its last size, or raise an error with the reason why that fails."""
 
+from typing import Any
+
 from heatlens.studio.ui.devices import work_area_of  # imports ImGui before glfw, see `window.py`
 
 import glfw  # isort: skip
@@ -48,7 +50,8 @@ def open_window(preferences: PreferenceValues) -> object:
             f"No window with OpenGL 4.3 can be opened: {reason}. {driver_advice()}."
         )
     # Wayland takes the icon of the desktop file instead.
-    glfw.set_window_icon(window, len(_ICON_SIZES_PX), [icon(size) for size in _ICON_SIZES_PX])
+    icons: list[Any] = [icon(size) for size in _ICON_SIZES_PX]
+    glfw.set_window_icon(window, len(icons), icons)
     # Set the size once the window exists: the remembered size already includes the monitor's scale.
     size = preferences.window_size or glfw.get_window_size(window)
     glfw.set_window_size(window, *fitted_size(size, work_area_of(glfw.get_primary_monitor())))
