@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from heatlens.fronts.commands import render
 from heatlens.fronts.commands.main import main
-from heatlens.fronts.commands.option_suggestion import option_suggestion
+from heatlens.fronts.commands.options.option_suggestion import option_suggestion
 from heatlens.media.documents.shot_file import write_shot
 from support.command_line import stderr_of_run
 from support.exports import shot_of, write_plates

@@ -13,7 +13,10 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from heatlens.fronts.commands.command_table import COMMANDS, DESKTOP_OPTIONS, module_of
-from heatlens.fronts.commands.option_suggestion import is_other_program_option, option_suggestion
+from heatlens.fronts.commands.options.option_suggestion import (
+    is_other_program_option,
+    option_suggestion,
+)
 from heatlens.version import __version__
 
 _EPILOG = """\
@@ -183,7 +186,7 @@ class _Desktop(argparse.Action):
 
     def __call__(self, *given: Any) -> None:
         """Do what the option says, which is the last of the `given` values."""
-        from heatlens.fronts.commands import desktop_files
+        from heatlens.studio.ui import desktop_files
 
         is_install = given[-1] == DESKTOP_OPTIONS[0]
         print(desktop_files.install() if is_install else desktop_files.uninstall())

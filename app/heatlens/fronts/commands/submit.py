@@ -26,8 +26,8 @@ from heatlens.deliver.farm.job import (
 )
 from heatlens.deliver.farm.openjd import job_template, relative_to, write_bundle
 from heatlens.deliver.farm.slurm import slurm_script
-from heatlens.fronts.commands.job_words import JobWords
 from heatlens.fronts.commands.options.farm_options import expected_program
+from heatlens.fronts.commands.options.job_words import JobWords
 from heatlens.fronts.commands.output.say import print_messages, print_result
 from heatlens.media.documents.lens_kits import kit_shelf
 from heatlens.media.documents.reel_file import is_reel
