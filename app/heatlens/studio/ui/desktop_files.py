@@ -16,7 +16,7 @@ from heatlens.core.base.own_command import own_command
 from heatlens.core.base.paths import home_dir
 from heatlens.media.documents.reel_file import REEL_SUFFIX
 from heatlens.media.documents.shot_file import SHOT_SUFFIX
-from heatlens.media.files.atomic_file import write_whole
+from heatlens.media.files.atomic_file import write_atomically
 from heatlens.studio.ui.icon import icon_svg
 
 # type -> ending of the names, and what a file manager calls such a file
@@ -59,7 +59,7 @@ def install() -> str:
     data_home = _data_home()
     for path, content in _files(data_home).items():
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, content)
+        write_atomically(path, content)
     _update_databases(data_home)
     return f"heatlens is on the desktop of this user: three files in {data_home}."
 
