@@ -84,8 +84,8 @@ class PageSession:
         self.loop = HeadlessLoop(session, screen, self.shared, Event())
         self.faults: list[str] = []
         self.refused = 0
-        say = session.say_error
-        session.say_error = lambda error: (self._record_fault(error), say(error))
+        notify = session.notify_error
+        session.notify_error = lambda error: (self._record_fault(error), notify(error))
 
     def _record_fault(self, error: HeatlensError) -> None:
         if not isinstance(error, InputError):

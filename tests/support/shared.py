@@ -11,10 +11,12 @@ from heatlens.studio.settings.start import CommandLineOptions, Start
 
 def shared_of(
     editing: Editing | None = None,
-    say: Callable[[str], None] = lambda sentence: None,
+    notify: Callable[[str], None] = lambda sentence: None,
     source: object = None,
 ) -> Shared:
     """Return a `Shared` with the editing, the message function and the source of a test."""
     session_source = SimpleNamespace(plate=None) if source is None else source
     given_options = CommandLineOptions(Start(""))
-    return Shared(session_source, editing, Preferences(), given_options, say, say, lambda: None)
+    return Shared(
+        session_source, editing, Preferences(), given_options, notify, notify, lambda: None
+    )

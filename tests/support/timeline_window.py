@@ -56,7 +56,7 @@ def reset_timeline(gui: Gui) -> None:
     marks.pulls.ease_percent = EASE_PERCENT
     marks.pulls.set_length(PULL_FRAMES)
     session.time.scene_tracks._current_view_key = None
-    drag_arguments = session.editing, session.time.keys, session.messages.say
+    drag_arguments = session.editing, session.time.keys, session.messages.notify
     gui.ui.timeline = TimelineView(KeyDrag(*drag_arguments), KeyStretch(*drag_arguments))
     session.time.recording.finish()
     session.time.recording.beats = 0

@@ -244,7 +244,7 @@ def test_frame_whose_plate_no_worker_can_read_is_rendered_here(
     session = begin(pattern, cluster.address)
     wait_for_worker(session)
     messages = []
-    monkeypatch.setattr(session.time.frames_ahead.cluster, "_say", messages.append)
+    monkeypatch.setattr(session.time.frames_ahead.cluster, "_notify", messages.append)
     session.time.frames_ahead.clear()
     wait_for_all_frames(session)
     assert len(messages) == 1 and "worker tcp://" in messages[0] and f"{FIRST + 2}" in messages[0]

@@ -32,7 +32,7 @@ def session() -> Iterator[Session]:
 def test_message_fades_after_its_reading_time():
     clock_s = [0.0]
     messages = Messages(lambda: clock_s[0])
-    messages.say("Give the ends with --near.")
+    messages.notify("Give the ends with --near.")
     assert messages.text == "Give the ends with near." and messages.seconds_until_needed() > 0
     clock_s[0] = SHOWN_S
     messages.fade()
@@ -46,11 +46,11 @@ def test_message_fade_keeps_problems_only_with_keeps_problem():
     clock_s = [0.0]
     messages = Messages(lambda: clock_s[0])
     for sentence, stays in ((Problem("It cannot be read."), True), ("It is saved.", False)):
-        messages.say(sentence)
+        messages.notify(sentence)
         clock_s[0] += SHOWN_S + 0.1
         messages.fade(keeps_problem=True)
         assert bool(messages.text) is stays and messages.seconds_until_needed() is None
-    messages.say(Problem("It cannot be read."))
+    messages.notify(Problem("It cannot be read."))
     clock_s[0] += SHOWN_S + 0.1
     messages.fade(keeps_problem=False)
     assert not messages.text

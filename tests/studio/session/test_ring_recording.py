@@ -71,7 +71,7 @@ def shared_session(tmp_path_factory):
 def session(shared_session):
     """Return a session that follows a fake ring."""
     reset_recording(shared_session, FOCUS, IRIS, f_stop=2.8)
-    ring = RingFollower(Ring(), shared_session.editing, shared_session.messages.say)
+    ring = RingFollower(Ring(), shared_session.editing, shared_session.messages.notify)
     shared_session.lens.ring = ring
     shared_session.time.recording._ring = RingRecording(
         ring, shared_session.source, shared_session.editing

@@ -195,7 +195,7 @@ def test_failed_write_of_preferences_is_shown_once_in_a_session(renderer, tmp_pa
     session = Session(renderer, Start(""), preferences=Preferences.load(tmp_path / "file" / "in"))
     session.begin()
     messages: list[str] = []
-    session.files.documents._say = lambda sentence: messages.append(str(sentence))
+    session.files.documents._notify = lambda sentence: messages.append(str(sentence))
     for name in ("/a.exr", "/b.exr"):
         session.preferences.remember_opened(name)
         session.save_preferences()
@@ -222,7 +222,7 @@ def test_damaged_preferences_message_stays_until_the_next_message(renderer, tmp_
         session.poll()
     assert "settings are reset" in session.messages.text
     assert session.messages.seconds_until_needed() is None
-    session.messages.say("Saved.")
+    session.messages.notify("Saved.")
     session.poll()
     assert not session.messages.text
     session.close()

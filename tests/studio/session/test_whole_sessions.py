@@ -201,10 +201,10 @@ def test_command_line_plate_options_override_remembered_ones(tmp_path):
 
 def test_say_error_autosaves_the_shot_for_a_fault_only(session, tmp_path):
     session.editing.edit(replace(session.editing.shot, looks=(Look("A", session.facts.lens),)))
-    session.say_error(InputError("a file"))
+    session.notify_error(InputError("a file"))
     autosave = autosave_path(unnamed_path(tmp_path / "preferences", session.editing.shot.source))
     assert not autosave.exists() and session.messages.text == "a file"
-    session.say_error(FaultError("a fault"))
+    session.notify_error(FaultError("a fault"))
     assert read_shot(autosave).looks[0].name == "A" and session.messages.text == "a fault"
 
 
@@ -257,7 +257,7 @@ def test_session_wants_frames_only_after_an_edit(session):
     assert not session.wants_frames
     session.editing.edit(replace(session.editing.shot, looks=(Look("A", session.facts.lens),)))
     assert session.wants_frames and session.seconds_until_needed() <= 0.1
-    session.messages.say("A word.")
+    session.messages.notify("A word.")
     assert session.seconds_until_needed() is not None
 
 

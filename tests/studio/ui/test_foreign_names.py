@@ -65,7 +65,7 @@ def test_control_characters_in_names_of_a_plate_are_escaped(ctx, tmp_path, escap
         imgui.set_window_focus("Source")
         gui.frame(3)
         open_lists(gui, "channel", "colour layer")
-        session.messages.say(f"{UNPRINTABLE_NAME} was read")
+        session.messages.notify(f"{UNPRINTABLE_NAME} was read")
         gui.frame(2)
         gui.do("Open...")
         gui.until(lambda: any("x1b[2J" in text for text in escaped), "the name of the file")

@@ -126,7 +126,9 @@ def test_display_panel_keeps_every_field(screen):
         "overlay": OVERLAYS[0].name,
     }
     assert_fields_kept(
-        lambda value: display_panel(value, color, "reference.exr", has_many_views=True, say=print),
+        lambda value: display_panel(
+            value, color, "reference.exr", has_many_views=True, notify=print
+        ),
         view,
         names,
     )

@@ -32,7 +32,7 @@ def exporting(gui):
 
 def test_status_message_stands_beside_the_readout(gui):
     gui.move(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
-    gui.session.messages.say("Something was said.")
+    gui.session.messages.notify("Something was said.")
     gui.drawn.clear()
     gui.frame(2)
     readout, message = gui.rect("readout"), gui.rect("message")
@@ -42,7 +42,7 @@ def test_status_message_stands_beside_the_readout(gui):
 def test_status_message_is_whole_and_the_readout_is_shortened(gui, exporting):
     gui.move(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     message_text = "Look B is kept. Ctrl+2 returns to it."
-    gui.session.messages.say(message_text)
+    gui.session.messages.notify(message_text)
     gui.frame(2)
     gui.drawn.clear()
     gui.frame(2)
@@ -54,7 +54,7 @@ def test_status_message_is_whole_and_the_readout_is_shortened(gui, exporting):
 def test_messages_know_problems_from_reports():
     messages = Messages()
     for sentence, is_problem in (("Saved.", False), (Problem("Not saved."), True), ("B.", False)):
-        messages.say(sentence)
+        messages.notify(sentence)
         assert messages.is_problem is is_problem
 
 
@@ -68,7 +68,7 @@ def test_problem_message_has_a_color_of_its_own(gui, monkeypatch):
 
     monkeypatch.setattr(imgui, "text_colored", record_color)
     for sentence in ("Saved.", Problem("Not saved.")):
-        gui.session.messages.say(sentence)
+        gui.session.messages.notify(sentence)
         gui.frame()
     assert np.abs(np.subtract(colors["Saved."], colors["Not saved."])).max() > 0.2
 

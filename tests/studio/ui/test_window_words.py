@@ -43,13 +43,13 @@ def test_key_with_alt_or_super_runs_no_shortcut(gui, mods, does):
 
 def test_passing_message_ends_when_it_is_no_longer_true():
     messages, facts = Messages(lambda: 0.0), {"is_true": True}
-    messages.say(passing_message("No keys yet.", lambda: facts["is_true"]))
+    messages.notify(passing_message("No keys yet.", lambda: facts["is_true"]))
     messages.fade()
     assert messages.text == "No keys yet."
     facts["is_true"] = False
     messages.fade()
     assert messages.text == ""
-    messages.say(Problem("This stays."))
+    messages.notify(Problem("This stays."))
     messages.fade()
     assert messages.text == "This stays."
 

@@ -63,12 +63,12 @@ def passing_message(sentence: str, is_true: Callable[[], bool]) -> Passing:
 
 
 @contextmanager
-def report_errors(say: Callable[[str], None]) -> Iterator[None]:
+def report_errors(notify: Callable[[str], None]) -> Iterator[None]:
     """Show a HeatlensError that the block raises as a message."""
     try:
         yield
     except HeatlensError as error:
-        say(Problem(error))
+        notify(Problem(error))
 
 
 class Messages(Worker):
@@ -83,7 +83,7 @@ class Messages(Worker):
         self._is_still_true: Callable[[], bool] = _always
         self._is_kept_on_screen = False  # the message stays until it is replaced or cleared
 
-    def say(self, sentence: str) -> None:
+    def notify(self, sentence: str) -> None:
         """Show a sentence instead of the previous one."""
         self.text, self._shown_since = window_words(sentence), self._clock()
         self.is_problem = isinstance(sentence, Problem)

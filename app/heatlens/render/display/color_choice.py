@@ -18,9 +18,9 @@ _NO_REQUEST = ("", "", None, None)  # no view has such an input space
 class ColorChoice:
     """Keeps the display pass set to the chosen display and view."""
 
-    def __init__(self, path: str | None, say: Callable[[str], None]) -> None:
+    def __init__(self, path: str | None, notify: Callable[[str], None]) -> None:
         """Load the config at `path`, None for $OCIO or the built-in one. Raises InputError."""
-        self._say = say
+        self._notify = notify
         self.path = path
         self.config: ColorConfig | None = None
         try:
@@ -28,7 +28,7 @@ class ColorChoice:
         except HeatlensError as error:
             if path is not None:
                 raise
-            say(f"{error} Pictures are shown through the plain sRGB curve.")
+            notify(f"{error} Pictures are shown through the plain sRGB curve.")
         self._inputs = self.config.input_spaces() if self.config else ()
         self.attributes: Mapping[str, object] = {}  # header entries of the open plate
         self._applied: tuple[str, str, InputSpace | None, Grade | None] = _NO_REQUEST
@@ -96,7 +96,7 @@ class ColorChoice:
         if requested == self._applied:
             return
         self._applied = requested
-        with report_errors(self._say):
+        with report_errors(self._notify):
             if self.config is None:
                 transform = srgb_transform(input_space.name, input_space.source_primaries)
             else:

@@ -52,7 +52,7 @@ class Board:
         self._own = named_commands(session, make_still)
         self.commands = self._keyed(self._own)
         if problem:
-            session.messages.say(Lasting(problem))
+            session.messages.notify(Lasting(problem))
         self._picture, self._picture_key = 0, object()
         self._named = {command.name: command for command in self.commands}
         self._command_states = CommandStates(self.commands)
@@ -67,7 +67,7 @@ class Board:
         together = (*self._own, *front_end)
         problem = problem_of_keys(together, self._keys)
         if problem:
-            self._session.messages.say(Lasting(problem))
+            self._session.messages.notify(Lasting(problem))
         return self._keyed(together)
 
     def _keyed(self, commands: Iterable[Command]) -> tuple[Command, ...]:
@@ -95,7 +95,7 @@ class Board:
         try:
             self._do(action)
         except HeatlensError as error:
-            self._session.say_error(error)
+            self._session.notify_error(error)
 
     def _do(self, action: Request | Command | str) -> None:
         """Do an action. Raises HeatlensError if that is impossible."""

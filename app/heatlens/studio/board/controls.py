@@ -52,8 +52,8 @@ class PictureControl:
     def __init__(self, shared: Shared, timeline: Timeline, frames_folder: Path | None) -> None:
         start = shared.command_line.start
         self.renderer: FrameRenderer = shared.source.picture.renderer
-        self.say = shared.say
-        self.color = ColorChoice(start.ocio, shared.say)
+        self.notify = shared.notify
+        self.color = ColorChoice(start.ocio, shared.notify)
         first_view = shared.preferences.first_view(start.view)
         self.view = PictureView(self.color.limit_to_config(first_view))
         self.display = PictureDisplay(shared.editing, self.view, self.color)
@@ -82,11 +82,13 @@ class LensControl:
     """The lens, the devices that turn it, and the programs that receive it."""
 
     def __init__(self, shared: Shared) -> None:
-        start, editing, say = shared.command_line.start, shared.editing, shared.say
+        start, editing, notify = shared.command_line.start, shared.editing, shared.notify
         self.commands = LensCommands(shared)
-        self.ring = RingFollower(start.lens_in, editing, say, shared.preferences, wake=shared.wake)
+        self.ring = RingFollower(
+            start.lens_in, editing, notify, shared.preferences, wake=shared.wake
+        )
         sent = SentLens(shared, self.commands)
-        ring_out = RingOut(start.lens_out, editing, say, shared.source.timecode_at)
+        ring_out = RingOut(start.lens_out, editing, notify, shared.source.timecode_at)
         self.workers: tuple[Worker, ...] = (sent, self.ring, ring_out)
 
 
@@ -109,7 +111,7 @@ class TimeControl:
         source, editing = shared.source, shared.editing
         preferences, view = shared.preferences.values, pictures.view
         self._source, self.editing, self.speed = source, editing, speed
-        self.say = shared.say
+        self.notify = shared.notify
         self.scenes = scenes
         self.timeline = timeline
         timeline.playback.ending = preferences.ending

@@ -46,8 +46,8 @@ Start = TypeVar("Start", bound=DragStart)
 class KeyGesture(Generic[Start]):
     """A drag of keys, from the press of the mouse button to its release."""
 
-    def __init__(self, editing: Editing, keys: KeyCommands, say: Callable[[str], None]) -> None:
-        self._editing, self._keys, self._say = editing, keys, say
+    def __init__(self, editing: Editing, keys: KeyCommands, notify: Callable[[str], None]) -> None:
+        self._editing, self._keys, self._notify = editing, keys, notify
         self._start: Start | None = None
 
     def release(self) -> None:
@@ -59,7 +59,7 @@ class KeyGesture(Generic[Start]):
 
     def _show_dragged(self, change: Callable[[], tuple[Shot, KeySelection]]) -> None:
         """Show the shot and the chosen keys as dragged; report why if they are impossible."""
-        with report_errors(self._say):
+        with report_errors(self._notify):
             shot, selection = change()
             self._editing.edit(shot)
             self._keys.select(selection)

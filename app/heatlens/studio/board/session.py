@@ -52,7 +52,7 @@ class ShaderWatch(Commands, Worker):
         reload_result = None if self._reload is None else self._reload.poll()
         if reload_result is None:
             return
-        self._say(reload_result.message)
+        self._notify(reload_result.message)
         if reload_result.programs:
             self._picture.mark_changed()
             self._color.rebuild()
@@ -82,7 +82,7 @@ class LostSurfaces(Commands, Worker):
             return
         self._is_reported = True
         if plate.surfaces_lost not in self._reported_notes:
-            self._say(plate.surfaces_lost)
+            self._notify(plate.surfaces_lost)
 
 
 _SETTLING_S = 0.1  # interval of checks whether a gesture has ended or an autosave is due
@@ -115,16 +115,18 @@ class Session:
         None. With `is_software`, a software rasterizer draws the window.
         """
         self.messages = Messages()
-        say, wake = self.messages.say, front_end.wake
+        notify, wake = self.messages.notify, front_end.wake
         self.preferences = preferences or Preferences()
         self.given = command_line = CommandLineOptions(start)
         self.source = source = OpenSource(renderer, wake, start.stream, command_line.placing_of)
         default_shot = Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus)
         self.editing = editing = Editing(
-            *(default_shot, say, lambda: source.is_sequence, front_end.other_holder),
+            *(default_shot, notify, lambda: source.is_sequence, front_end.other_holder),
             lambda old_shot, new_shot: self.scenes.size.reframe(old_shot, new_shot),
         )
-        shared = Shared(source, editing, self.preferences, command_line, say, self.say_error, wake)
+        shared = Shared(
+            source, editing, self.preferences, command_line, notify, self.notify_error, wake
+        )
         self.scenes = SceneCommands(shared)
         timeline = Timeline(shared, lambda: self.files.reel.play_next_shot())
         self.pictures = pictures = PictureControl(shared, timeline, frames_folder)
@@ -147,11 +149,11 @@ class Session:
         """Open the file that the command line named, if it named one."""
         self.files.commands.open_first()
 
-    def say_error(self, error: HeatlensError) -> None:
+    def notify_error(self, error: HeatlensError) -> None:
         """Show an error in the status bar; after a fault of the program, autosave first."""
         if isinstance(error, FaultError):
             self.files.documents.autosave_now()
-        self.messages.say(Problem(error))
+        self.messages.notify(Problem(error))
 
     # Called in the turns of a loop
 
@@ -161,7 +163,7 @@ class Session:
             with report_faults("What was read could not be shown"):
                 self._collect_results()
         except HeatlensError as error:
-            self.say_error(error)
+            self.notify_error(error)
             self.files.start_choices.show_after_failure()
         if self.source.plate is None:
             self.pictures.sides.restart()  # its work used a plate that is no longer on the GPU
@@ -185,7 +187,7 @@ class Session:
         for worker in self.workers:
             worker.poll()
         if self.preferences.problem and not (self.messages.text or self.source.opener.opening):
-            self.messages.say(Lasting(self.preferences.problem))
+            self.messages.notify(Lasting(self.preferences.problem))
             self.preferences.problem = ""
 
     def _begin_source(self, opened: Opened) -> None:
@@ -234,7 +236,7 @@ class Session:
         """Show these sentences as one message; show nothing if all are empty."""
         message = " ".join(sentences).strip()
         if message:
-            self.messages.say(message)
+            self.messages.notify(message)
 
     def work(self) -> None:
         """Render for one time slice: visible pictures first, then frames ahead."""

@@ -25,8 +25,8 @@ class Shared:
     editing: Editing
     preferences: Preferences
     command_line: CommandLineOptions
-    say: Callable[[str], None]
-    say_error: Callable[[HeatlensError], None]
+    notify: Callable[[str], None]
+    notify_error: Callable[[HeatlensError], None]
     wake: Callable[[], None]
 
 
@@ -36,9 +36,9 @@ class Commands:
     def __init__(self, shared: Shared) -> None:
         self._source, self._editing = shared.source, shared.editing
         self._preferences, self._command_line = shared.preferences, shared.command_line
-        self._say, self._wake = shared.say, shared.wake
+        self._notify, self._wake = shared.notify, shared.wake
 
     def _do(self, change: Callable[[Shot], Shot]) -> None:
         """Change the shot as an undo step; report why if that is impossible."""
-        with report_errors(self._say):
+        with report_errors(self._notify):
             self._editing.do(change(self._editing.shot))

@@ -54,7 +54,7 @@ class DockedPanels:
     def __init__(self, session: Session, board: Board, ui: UiState, screen: ScreenPictures) -> None:
         self._session, self._board = session, board
         self._facts, self._editing, self._time = session.facts, session.editing, session.time
-        self._say = session.messages.say
+        self._notify = session.messages.notify
         self._ui = ui
         self._plan_drawer, self._plan_panel = PlanDrawer(), PlanPanel()
         self._hovered: tuple[int, int] | None = None
@@ -122,7 +122,7 @@ class DockedPanels:
 
     def _draw_lens(self) -> None:
         """Draw the Lens panel, and apply changes of the lens, the kit and the blur."""
-        facts, say, lens = self._facts, self._say, self._session.lens
+        facts, notify, lens = self._facts, self._notify, self._session.lens
         if facts.is_waiting:
             return
         start_lens, plate, kits = lens.commands.start_lens, facts.plate, lens.commands.kits
@@ -132,16 +132,16 @@ class DockedPanels:
             brings_coc=plate is not None and not plate.has_distances,
             kit_lens=kits.mounted_lens,
         )
-        ring_panel(lens, facts.unit, say)
+        ring_panel(lens, facts.unit, notify)
         with listening() as drawn_rows:
             buttons = partial(mark_buttons, self._time, self._ui)
-            self._editing.edit_lens(lens_panel(facts.lens, lens_facts, say, buttons))
+            self._editing.edit_lens(lens_panel(facts.lens, lens_facts, notify, buttons))
         size_row(self._time)
         kit_panel(facts.shot.kit, facts.lens, lens)
         ask_image = partial(self._ui.dialogs.ask, "opening")
-        self._editing.edit_lens(opening_panel(facts.lens, say, ask_image))
+        self._editing.edit_lens(opening_panel(facts.lens, notify, ask_image))
         with listening() as folded_rows:
-            self._editing.edit_lens(film_back_panel(facts.lens, say))
+            self._editing.edit_lens(film_back_panel(facts.lens, notify))
         self._draw_mattes()
         defocus = rendering_panel(facts.shot.defocus, facts.has_many_views, self._draw_speed)
         self._editing.edit(replace(facts.shot, defocus=defocus))
@@ -160,7 +160,7 @@ class DockedPanels:
         facts, pictures = self._facts, self._session.pictures
         name = None if facts.reference is None else facts.reference.path.name
         pictures.view.state = display_panel(
-            *(facts.view, pictures.color, name, facts.has_many_views, self._say),
+            *(facts.view, pictures.color, name, facts.has_many_views, self._notify),
             *(facts.shot.grade, facts.lens.squeeze),
         )
 
@@ -170,7 +170,7 @@ class DockedPanels:
             return
         reading = self._ui.files.commands.reading
         pick_matte = partial(self._time.marks.pick_matte, reading.change_matte)
-        reading.change(matte_rows(reading.options, self._say, pick_matte))
+        reading.change(matte_rows(reading.options, self._notify, pick_matte))
 
     def _draw_source(self) -> None:
         """Draw the Source panel: the scene, or how the plate is read, with changed options."""
@@ -195,7 +195,7 @@ class DockedPanels:
                 file_rows(plate_facts)
             return
         ask_behind = partial(self._ui.dialogs.ask, "behind")
-        reading.change(plate_panel(reading.options, plate_facts, self._say, ask_behind))
+        reading.change(plate_panel(reading.options, plate_facts, self._notify, ask_behind))
 
     def _draw_export(self) -> None:
         """Draw the Export panel, or the reason why nothing can be exported."""

@@ -62,9 +62,9 @@ class Screen:
         self.turn = LoopTurn(session, pictures)
         self._board = board = Board(session, self._make_still)
         files, time, control = session.files, session.time, session.pictures
-        say, facts = session.messages.say, session.facts
+        notify, facts = session.messages.notify, session.facts
         self.sharing = WindowSharing(session, board, sharing)
-        self.ui = UiState(time, files, session.preferences, say, wake, self.sharing)
+        self.ui = UiState(time, files, session.preferences, notify, wake, self.sharing)
         self.commands = board.with_commands_of(window_commands(self.ui))
         self.typed_keys: Sequence[
             imgui.Key
@@ -103,7 +103,7 @@ class Screen:
                 topmost.note_frame()
         except HeatlensError as error:
             _recover_from_error(state)
-            self._session.say_error(error)
+            self._session.notify_error(error)
 
     def publish(self) -> None:
         """Give the picture of this frame to the pages that share it."""

@@ -39,14 +39,14 @@ class WindowSharing:
                 self.sharing.begin(self._server_messages.append)
             self._opens_popup = True
         except HeatlensError as error:
-            self._session.say_error(error)
+            self._session.notify_error(error)
 
     # Called by the loop
 
     def run_requests(self) -> bool:
         """Run the requests of the pages; return True if there were any."""
         while self._server_messages:
-            self._session.messages.say(self._server_messages.popleft())
+            self._session.messages.notify(self._server_messages.popleft())
         return self.sharing.shared.follow_messages(self._board)
 
     def publish(self, pictures: Pictures | None, transform_version: int) -> None:

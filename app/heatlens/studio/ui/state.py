@@ -106,14 +106,14 @@ class UiState:
         time: TimeControl,
         files: FileControl,
         preferences: Preferences,
-        say: Callable[[str], None],
+        notify: Callable[[str], None],
         wake: Callable[[], None],
         sharing: WindowSharing,
     ) -> None:
         """Create the state; threads call `wake` to have the window drawn again."""
         self.files = files
         self.sharing = sharing
-        self.say = say
+        self.notify = notify
         self._timeline = time.timeline
         self._preferences = preferences
         hidden_panels = preferences.values.hidden_panels
@@ -131,8 +131,8 @@ class UiState:
         self.asks_to_quit = False  # show the question whether to stop the running export
         self.shows_export_end = True  # the result of the latest export, until it is dismissed
         self.palette = Palette()
-        self.dialogs = FileDialogs(files, say, wake)
-        gesture_args = time.editing, time.keys, say
+        self.dialogs = FileDialogs(files, notify, wake)
+        gesture_args = time.editing, time.keys, notify
         self.timeline = TimelineView(KeyDrag(*gesture_args), KeyStretch(*gesture_args))
 
     @property

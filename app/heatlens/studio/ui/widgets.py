@@ -46,19 +46,19 @@ def drag(
     low: float,
     high: float,
     format_: str,
-    say: Callable[[str], None],
+    notify: Callable[[str], None],
     tip: str = "",
 ) -> float:
     """Draw a number field: drag to change it; Ctrl+click or double click to type.
 
     The value is rounded only when it changes. If the typed text is invalid, the error is passed to
-    `say` and the value stays.
+    `notify` and the value stays.
     """
     label(name, tip)
     storage, stage_id = imgui.get_state_storage(), imgui.get_id(f"{name} is typed")
     stage = storage.get_int(stage_id, _DRAGGING)
     if stage != _DRAGGING:
-        return _typed_number(name, value, low, high, format_, say, stage_id)
+        return _typed_number(name, value, low, high, format_, notify, stage_id)
     flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.no_input
     has_changed, new_value = imgui.drag_float(f"##{name}", value, speed, low, high, format_, flags)
     rects.note(name)
@@ -76,7 +76,7 @@ def _typed_number(
     low: float,
     high: float,
     format_: str,
-    say: Callable[[str], None],
+    notify: Callable[[str], None],
     stage_id: int,
 ) -> float:
     """Draw the number as a text field until it is left; `stage_id` is the id of its stage."""
@@ -86,7 +86,7 @@ def _typed_number(
         imgui.set_keyboard_focus_here()
         storage.set_int(stage_id, _TYPING)
     new_value = text_field(
-        name, value_text, value, lambda text: parse_number(text, low, high, name), say
+        name, value_text, value, lambda text: parse_number(text, low, high, name), notify
     )
     if not is_new and not imgui.is_item_active():
         storage.set_int(stage_id, _DRAGGING)
@@ -202,12 +202,12 @@ def text_field(
     value_text: str,
     value: Value,
     parse: Callable[[str], Value],
-    say: Callable[[str], None],
+    notify: Callable[[str], None],
     hint: str = "",
 ) -> Value:
     """Draw a text field; return the parsed value once the user has finished typing.
 
-    If `parse` raises InputError, the error is passed to `say` and the value stays. `hint` is
+    If `parse` raises InputError, the error is passed to `notify` and the value stays. `hint` is
     shown while the field is empty.
     """
     flags = imgui.InputTextFlags_.auto_select_all
@@ -217,7 +217,7 @@ def text_field(
         try:
             return parse(text)
         except InputError as error:
-            say(Problem(error))
+            notify(Problem(error))
     return value
 
 

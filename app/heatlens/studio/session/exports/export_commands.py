@@ -33,7 +33,7 @@ class ExportCommands(Commands, Worker):
     ) -> None:
         """Create it; `shot_name` returns the name of the shot's file, for the burn-in."""
         super().__init__(shared)
-        self.say = shared.say
+        self.notify = shared.notify
         self._timeline, self._display, self._shot_name = timeline, display, shot_name
         self.run = ExportRun(self._wake)
         self.settings = ExportSettings()
@@ -99,10 +99,12 @@ class ExportCommands(Commands, Worker):
     def write_sheet(self, path: Path, title: str) -> None:
         """Start to write the focus pull as a page to print for the set, with a table beside it."""
         if self.run.is_busy:
-            self._say(Problem("An export is running: write the pull sheet when it has finished."))
+            self._notify(
+                Problem("An export is running: write the pull sheet when it has finished.")
+            )
             return
         words = ["--title", title, *changed_options(self._display.options())]
-        with report_errors(self._say):
+        with report_errors(self._notify):
             self.run.sheet(self._timeline.timed_shot, str(path), words)
 
     def _make_folder_and_run(self, run: Callable[[], None]) -> None:
@@ -111,9 +113,9 @@ class ExportCommands(Commands, Worker):
             Path(self.settings.folder).expanduser().mkdir(parents=True, exist_ok=True)
             run()
         except OSError as error:
-            self._say(f"{self.settings.folder} cannot be made: {error.strerror or error}.")
+            self._notify(f"{self.settings.folder} cannot be made: {error.strerror or error}.")
         except HeatlensError as error:
-            self._say(Problem(error))
+            self._notify(Problem(error))
 
     def poll(self) -> None:
         """Resume an export that was left, and report how one has ended; call this once a frame."""
@@ -123,7 +125,7 @@ class ExportCommands(Commands, Worker):
         state = self.run.state
         if state is not None and state.code is not None and state is not self._reported:
             self._reported = state
-            self._say(
+            self._notify(
                 state.last_sentence
                 if state.code == 0 or state.is_stopped
                 else Problem(state.last_sentence)
@@ -142,7 +144,7 @@ class ExportCommands(Commands, Worker):
         self._preferences.change(left_exports=other_exports)
         agreed_cluster = self._preferences.values.cluster
         if agreed_cluster is None or agreed_cluster.scheduler != export.scheduler:
-            self._say(
+            self._notify(
                 f"The cluster at {export.scheduler} may have gone on with the export to "
                 f"{export.output}: export again to follow it."
             )
@@ -150,10 +152,10 @@ class ExportCommands(Commands, Worker):
         export_place = replace(
             HERE, where=Where.CLUSTER, scheduler=export.scheduler, agreed=agreed_cluster
         )
-        with report_errors(self._say):
+        with report_errors(self._notify):
             shot = read_shot(shot_of_job(export.output))
             self.run.export(shot, export.output, export.job, export_place)
-            self._say(f"The cluster has gone on with the export to {export.output}.")
+            self._notify(f"The cluster has gone on with the export to {export.output}.")
 
     @property
     def _left_export_key(self) -> str:
@@ -169,6 +171,6 @@ class ExportCommands(Commands, Worker):
                 left_exports={**left_exports, self._left_export_key: left_export}
             )
             save = self._preferences.save_function()
-            with report_errors(self._say):
+            with report_errors(self._notify):
                 if save is not None:
                     save()

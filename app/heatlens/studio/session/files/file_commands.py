@@ -55,7 +55,7 @@ class FileCommands(Commands, Worker):
 
     def open(self, text: str, options: PlateOptions | None = None) -> None:
         """Open a file, pattern, folder or shot; the present source stays until it has arrived."""
-        self._say("")  # clear the error of an earlier file
+        self._notify("")  # clear the error of an earlier file
         if not (self._reel.try_open(text) or self._documents.try_open(text)):
             plate_options = options or self.options_for(text)
             self._source.opener.open(text, plate_options, timing=self._command_line.timing_of(text))
@@ -109,18 +109,18 @@ class FileCommands(Commands, Worker):
             timing = None if framing is None else framing.timing
             self._source.opener.open(opened.text, opened.options, self._editing.frame, timing)
         elif opened is not None:
-            self._say(self._source.why_shown_once)
+            self._notify(self._source.why_shown_once)
 
     # Choosing
 
     def may_choose(self, key: str) -> bool:
         """Return True if a file can be chosen for this purpose; report why not otherwise."""
         if self._source.plate is None and PURPOSES[key].is_save:
-            self._say("Nothing is open to save.")
+            self._notify("Nothing is open to save.")
         elif key == "behind" and not self.reading.is_possible:
-            self._say("Pictures behind belong to a plate, and none is open.")
+            self._notify("Pictures behind belong to a plate, and none is open.")
         elif key == "save shot" and self._source.why_shown_once:
-            self._say(self._source.why_shown_once)
+            self._notify(self._source.why_shown_once)
         else:
             return True
         return False

@@ -77,7 +77,7 @@ class OpenReel(Commands, Worker):
         if candidates:
             self.go(min(candidates) if direction > 0 else max(candidates))
         else:
-            self._say(f"This is the {'last' if direction > 0 else 'first'} shot of the reel.")
+            self._notify(f"This is the {'last' if direction > 0 else 'first'} shot of the reel.")
 
     @property
     def _available_numbers(self) -> list[int]:
@@ -118,7 +118,7 @@ class OpenReel(Commands, Worker):
             return
         shot = self.reel.shots[number]
         if not shot.source:
-            self._say(f"{shot.name}: {shot.notes[0]}.")
+            self._notify(f"{shot.name}: {shot.notes[0]}.")
             return
         self._leave_shot()
         self.number = number
@@ -223,7 +223,7 @@ class OpenReel(Commands, Worker):
         self.number = self._available_numbers[0]
         missing_count = len(loaded.reel.missing_shots)
         if missing_count:
-            self._say(f"{missing_count} of {len(loaded.reel.shots)} shots have no media here.")
+            self._notify(f"{missing_count} of {len(loaded.reel.shots)} shots have no media here.")
         self._open_shot(loaded.reel.shots[self.number])
 
     def _open_shot(self, shot: ReelShot) -> None:

@@ -257,7 +257,7 @@ class ShotDocuments(Commands, Worker):
         try:
             document = read_future.result()
         except HeatlensError as error:
-            self._say(Problem(error))
+            self._notify(Problem(error))
             return
         if document.unsaved is not None and document.unsaved != document.saved:
             self.offer = document
@@ -269,7 +269,7 @@ class ShotDocuments(Commands, Worker):
         document = document.for_clip(self._clip)
         shot = document.shot
         if shot.source is None:
-            self._say(f"{document.path} names no plate.")
+            self._notify(f"{document.path} names no plate.")
             return
         if document.path is not None and self._command_line.apply_to(str(document.path)):
             start_options = self._command_line.start
@@ -290,13 +290,13 @@ class ShotDocuments(Commands, Worker):
             try:
                 future.result()
                 if path is not None:
-                    self._say(f"Saved {path}.")
+                    self._notify(f"Saved {path}.")
             except (HeatlensError, OSError) as error:
                 if path is not None:
                     self._saved, self.failed_save = None, str(error)
                     self._preferences.forget_opened(str(path))
                 if str(error) != self._reported_problem:
-                    self._say(Problem(error))
+                    self._notify(Problem(error))
                 self._reported_problem = str(error) if path is None else ""
 
     def _track_write(self, future: Future[None]) -> None:

@@ -75,12 +75,12 @@ class KeyCommands(Commands):
         """Copy the keys for `paste`."""
         if self.target_keys:
             self._copied_keys = key_choice.copy_keys(self._editing.shot, self.target_keys)
-            self._say(f"{_count_words(len(self.target_keys))} copied.")
+            self._notify(f"{_count_words(len(self.target_keys))} copied.")
 
     def paste(self) -> None:
         """Paste the copied keys from the playhead on."""
         if not self._copied_keys:
-            self._say("No keys were copied.")
+            self._notify("No keys were copied.")
             return
         self._do_and_select(
             lambda shot: key_choice.paste_keys(shot, self._copied_keys, self._editing.frame)
@@ -99,7 +99,7 @@ class KeyCommands(Commands):
         """Report how many keys of `old_shot` were removed because others were moved onto them."""
         removed_count = key_count(old_shot) - key_count(self._editing.shot)
         if removed_count > 0:
-            self._say(
+            self._notify(
                 f"{_count_words(removed_count)} gave way to the moved keys. Ctrl+Z undoes it."
             )
 
@@ -109,7 +109,7 @@ class KeyCommands(Commands):
 
     def ease(self, influence_percent: float, is_out: bool) -> None:
         """Set the ease out or in of the keys; dragging the number is one undo step."""
-        with report_errors(self._say):
+        with report_errors(self._notify):
             self._editing.edit(
                 key_choice.ease_keys(
                     self._editing.shot, self.target_keys, influence_percent, is_out
@@ -118,7 +118,7 @@ class KeyCommands(Commands):
 
     def _do_and_select(self, change: Callable[[Shot], tuple[Shot, KeySelection]]) -> None:
         """Change the shot as an undo step, and select the keys that `change` returns with it."""
-        with report_errors(self._say):
+        with report_errors(self._notify):
             shot, selection = change(self._editing.shot)
             self._editing.do(shot)
             self._selection = selection

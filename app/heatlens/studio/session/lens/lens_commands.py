@@ -41,7 +41,7 @@ class KitCommands(Commands):
         if self._shelf is None:
             self._shelf = kit_shelf()
             if self._shelf.problems:
-                self._say(Problem(self._shelf.problems[0]))
+                self._notify(Problem(self._shelf.problems[0]))
         return self._shelf
 
     @property
@@ -63,7 +63,7 @@ class KitCommands(Commands):
         if kit is None:
             if name is None:
                 self._editing.do(replace(self._editing.shot, kit=None))
-                self._say("The lens no longer belongs to a kit.")
+                self._notify("The lens no longer belongs to a kit.")
             return
         self._mount(kit, kit.nearest(self._editing.lens.focal_length_mm))
 
@@ -82,13 +82,13 @@ class KitCommands(Commands):
     def _mount(self, kit: LensKit, kit_lens: KitLens) -> None:
         """Choose a kit and mount one of its lenses, as one undo step."""
         editing = self._editing
-        with report_errors(self._say):
+        with report_errors(self._notify):
             lens = kit.mount(editing.lens, kit_lens)
             editing.settle()
             editing.edit(replace(editing.shot, kit=kit))
             editing.edit_lens(lens)
             editing.settle()
-            self._say(f"The lens is the {kit_lens.name} of {kit.name}: it {kit_lens.words}.")
+            self._notify(f"The lens is the {kit_lens.name} of {kit.name}: it {kit_lens.words}.")
 
 
 Choice = TypeVar("Choice", bound=StrEnum | None)
@@ -127,7 +127,7 @@ class LensCommands(Commands):
         is_dragging = last_aim is not None and last_aim.lens == lens and self._editing.is_unsettled
         if is_dragging and last_aim is not None and last_aim.pixel == pixel:
             return
-        with report_errors(self._say):
+        with report_errors(self._notify):
             surfaces = surfaces_at(plate, lens, *pixel)
             self._focus_on_first(plate, pixel, surfaces[-1:] if is_dragging else surfaces)
 
@@ -152,7 +152,7 @@ class LensCommands(Commands):
         plate = self._source.plate
         if plate is None:
             return ("",) * len(surfaces)
-        with report_errors(self._say):
+        with report_errors(self._notify):
             return self._surface_names.names(plate, surfaces)
         return ("",) * len(surfaces)
 
@@ -160,9 +160,9 @@ class LensCommands(Commands):
         """Focus on the other thing that was seen where the last click was, or under the loupe."""
         aim, plate = self._aim, self._source.plate
         if aim is None or plate is None or len(aim.surfaces) < 2 or aim.lens != self._editing.lens:
-            self._say("There is no other surface here, or where you clicked last.")
+            self._notify("There is no other surface here, or where you clicked last.")
             return
-        with report_errors(self._say):
+        with report_errors(self._notify):
             self._focus_on_first(plate, aim.pixel, aim.surfaces[::-1])
 
     def _focus_on_first(
@@ -174,7 +174,7 @@ class LensCommands(Commands):
         self._aim = Aim(plate, pixel, surfaces, self._editing.lens)
         if len(surfaces) > 1:
             focused, other_distance = (format_distance(surface.depth_m) for surface in surfaces)
-            self._say(
+            self._notify(
                 f"Focus at {focused}. The other surface here is at {other_distance}: Y takes it."
             )
 

@@ -50,11 +50,11 @@ class _Import(Commands, Generic[Imported]):
 
     def poll(self) -> None:
         """Apply what was read to the shot; call this once a frame."""
-        with report_errors(self._say):
+        with report_errors(self._notify):
             if (imported := self._reader.poll()) is not None:
                 shot, sentence = self._apply(imported, self._path)
                 self._editing.do(shot)
-                self._say(sentence)
+                self._notify(sentence)
 
 
 def camera_import(shared: Shared) -> _Import[CameraSamples]:
@@ -105,11 +105,11 @@ class FramingImport(Commands):
 
     def poll(self) -> None:
         """Draw what was read; call this once a frame."""
-        with report_errors(self._say):
+        with report_errors(self._notify):
             if (imported := self._reader.poll()) is not None:
                 state = self._view.state
                 self._view.state = replace(state, guides=replace(state.guides, canvases=imported))
-                self._say(self._lines_message(imported))
+                self._notify(self._lines_message(imported))
 
     def _lines_message(self, canvases: tuple[Canvas, ...]) -> str:
         """Return the message about the framing lines for a picture of this shape."""

@@ -139,7 +139,7 @@ class PullRecording(Commands, Worker):
             self.discard()
             return
         if self.why_not:
-            self._say(Problem(self.why_not))
+            self._notify(Problem(self.why_not))
             return
         self._recorded_pull, self._is_armed = None, True
         self._rows.select(LensParameter.FOCUS_DISTANCE)
@@ -227,7 +227,7 @@ class PullRecording(Commands, Worker):
         focus = tracks.pop(LensParameter.FOCUS_DISTANCE, None)
         if moved_m is None and not tracks:
             self._samples = {}
-            self._say("The focus was not moved, so nothing was recorded.")
+            self._notify("The focus was not moved, so nothing was recorded.")
             return
         samples = self._samples if focus is None else focus
         self._set_keys(self._history_at_start, self._editing.shot, sorted(samples.items()), tracks)
@@ -243,7 +243,7 @@ class PullRecording(Commands, Worker):
 
         The step includes the iris and the focal length, which the ring changed live like the focus.
         """
-        with report_errors(self._say):
+        with report_errors(self._notify):
             new_shot = apply_recorded_focus(
                 base_shot, samples, self.tolerance_dioptres, by_hand=True
             )

@@ -81,7 +81,7 @@ class RingFollower(Worker):
         self,
         receiver: RingInput | None,
         editing: Editing,
-        say: Callable[[str], None],
+        notify: Callable[[str], None],
         preferences: Preferences | None = None,
         clock: Callable[[], float] = time.monotonic,
         wake: Callable[[], None] = lambda: None,
@@ -101,7 +101,7 @@ class RingFollower(Worker):
         self.learning: Learning | None = None  # while a map is learnt
         self._preferences = preferences or Preferences()
         self._editing = editing
-        self._say = say
+        self._notify = notify
         self._last_values: dict[str, float] = {}
         self._was_silent = False
         if receiver is not None:
@@ -174,7 +174,7 @@ class RingFollower(Worker):
     def learn(self, ring: Ring) -> None:
         """Begin to learn which channel turns a ring; the lens does not follow meanwhile."""
         self.learning = Learning(ring)
-        self._say(f"Turn the control for the {ring.words} from one end to the other.")
+        self._notify(f"Turn the control for the {ring.words} from one end to the other.")
 
     def end_learning(self) -> None:
         """End learning and keep the map; report if no channel was turned."""
@@ -183,10 +183,10 @@ class RingFollower(Worker):
             return
         entry = learning.learned_map()
         if entry is None:
-            self._say(Problem("No control was turned, so none was learnt."))
+            self._notify(Problem("No control was turned, so none was learnt."))
             return
         self.set_map(learning.ring, entry)
-        self._say(f"{entry.channel} turns the {learning.ring.words}.")
+        self._notify(f"{entry.channel} turns the {learning.ring.words}.")
 
     def poll(self) -> None:
         """Change the lens if the ring was turned; call this once a frame."""
@@ -230,12 +230,12 @@ class RingFollower(Worker):
         try:
             self._editing.edit_lens(replace(self._editing.lens, **changed_values))
         except LensError as error:
-            self._say(Problem(f"The ring sent a lens that cannot be used: {error}"))
+            self._notify(Problem(f"The ring sent a lens that cannot be used: {error}"))
 
     def _report_silence(self, ring_state: SourceState) -> None:
         """Report once that the ring has become silent."""
         if ring_state.is_silent and not self._was_silent:
-            self._say(Problem("The ring is silent; the lens keeps the values sent last."))
+            self._notify(Problem("The ring is silent; the lens keeps the values sent last."))
         self._was_silent = ring_state.is_silent
 
     def seconds_until_needed(self) -> float | None:
@@ -265,12 +265,12 @@ class RingOut(Worker):
         self,
         sender: Sender | None,
         editing: Editing,
-        say: Callable[[str], None],
+        notify: Callable[[str], None],
         timecode_at: Callable[[Shot, int], tuple[int, Timecode] | None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Send to `sender`; None sends nothing. For `timecode_at` see `OpenSource`."""
-        self._output = LensOutput(sender, lambda sentence: say(Problem(sentence)))
+        self._output = LensOutput(sender, lambda sentence: notify(Problem(sentence)))
         self._editing, self._timecode_at, self._clock = editing, timecode_at, clock
         self._last_sample: LensSample | None = None
         self._last_sent_s = 0.0

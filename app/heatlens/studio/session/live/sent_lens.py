@@ -91,7 +91,7 @@ class SentLens(Commands, Worker):
         try:
             self._editing.edit_lens(replace(self._editing.lens, **values))
         except LensError as error:
-            self._say(f"The renderer sent a lens that cannot be used: {error}")
+            self._notify(f"The renderer sent a lens that cannot be used: {error}")
 
 
 def _sent_values(camera: CameraHeader) -> dict[str, float]:

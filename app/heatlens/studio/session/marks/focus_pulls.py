@@ -133,7 +133,7 @@ class FocusPulls(Commands):
         mark_named = self._editing.shot.mark_named
         target, origin = mark_named(self.target), mark_named(self.origin)
         if target is None:
-            self._say("Choose the mark to pull to.")
+            self._notify("Choose the mark to pull to.")
             return
         if self._live.live is not None:
             self._live.pull_to(target, self.frames)
@@ -154,7 +154,7 @@ class FocusPulls(Commands):
             self.pull_count += 1
             on_done()
             if end_warning:
-                self._say(end_warning)
+                self._notify(end_warning)
 
         self._distances.request(marks_at_frames, pull)
 

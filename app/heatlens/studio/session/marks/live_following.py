@@ -46,12 +46,12 @@ class LiveFollowing(Commands, Worker):
     def follow(self, mark: Mark) -> None:
         """Let the focus follow a mark at all frames, in place of its keys."""
         self._replace_keys(LiveFocus((Pursuit(mark.name),)))
-        self._say(f"The focus follows {mark.name}: it is measured at all frames.")
+        self._notify(f"The focus follows {mark.name}: it is measured at all frames.")
 
     def pull_to(self, mark: Mark, frames: int) -> None:
         """Leave the mark that is followed at the playhead for another one."""
         if self.live is not None:
-            with report_errors(self._say):
+            with report_errors(self._notify):
                 self._replace_keys(self.live.add_pull(mark.name, self._editing.frame, frames))
 
     def change(self, follow: Follow) -> None:
@@ -68,7 +68,7 @@ class LiveFollowing(Commands, Worker):
     def stop_following(self) -> None:
         """End the following; the focus stays as it is at the playhead."""
         shot = self._editing.shot
-        with report_errors(self._say):
+        with report_errors(self._notify):
             fixed_shot = replace(shot, lens=self._editing.lens)
             self._editing.do(replace(fixed_shot, curves=replace(shot.curves, live=None)))
 
@@ -87,7 +87,7 @@ class LiveFollowing(Commands, Worker):
             measurement = self._reader.poll()
         except HeatlensError as error:
             self._has_failed = True
-            self._say(Problem(error))
+            self._notify(Problem(error))
             return
         if measurement is not None:
             self._apply_measurement(measurement)

@@ -31,7 +31,9 @@ class MarkAnchors(Commands):
         frame, picture = self._editing.frame, self._source.picture
         is_shown = self._source.is_settled_at(frame) and not (picture.problem or picture.is_black)
         if not is_shown:
-            self._say(picture.problem or f"Frame {frame} is not shown yet: try again when it is.")
+            self._notify(
+                picture.problem or f"Frame {frame} is not shown yet: try again when it is."
+            )
         return is_shown
 
     def best_anchor(self, point: PointMark) -> PointMark | WorldMark:
@@ -59,7 +61,9 @@ class MarkAnchors(Commands):
         """Let the mark hold on to something else that is where it is at this frame."""
         point = self._point_of(mark)
         if point is None:
-            self._say(f"{mark.name} is not in the picture at this frame: go to one that shows it.")
+            self._notify(
+                f"{mark.name} is not in the picture at this frame: go to one that shows it."
+            )
         elif anchor is MarkAnchor.SURFACE:
             self.track(mark, point)
         elif anchor is MarkAnchor.PLACE:
@@ -86,7 +90,7 @@ class MarkAnchors(Commands):
         """
         cache, frames = self._timeline.cache, self._timeline.frames
         if cache is None or frames is None:
-            self._say("Only surfaces in a sequence of plates can be tracked.")
+            self._notify("Only surfaces in a sequence of plates can be tracked.")
             return
         if not self.is_playhead_shown():
             return
@@ -105,14 +109,14 @@ class MarkAnchors(Commands):
     def fix_in_world(self, mark: Mark, point: PointMark) -> None:
         """Fix the mark to the world position that is at a point now."""
         plate = self._source.plate
-        with report_errors(self._say):
+        with report_errors(self._notify):
             if plate is not None and self.is_playhead_shown():
                 self._change(mark, make_world_mark(plate, point, self._editing.lens))
 
     def correct(self, mark: TrackMark) -> None:
         """Let the next click that would set a mark correct where the surface is at that frame."""
         self.corrected_name = mark.name
-        self._say(f"Ctrl+Shift+click where {mark.name} is at this frame.")
+        self._notify(f"Ctrl+Shift+click where {mark.name} is at this frame.")
 
     def _replace_by_tracked(self, old_mark: Mark, tracked_mark: TrackMark) -> None:
         """Replace a mark by its tracked one, and report at how many frames it is visible."""
@@ -124,7 +128,7 @@ class MarkAnchors(Commands):
                 if tracked_mark.doubtful_frames
                 else ""
             )
-            self._say(
+            self._notify(
                 f"{tracked_mark.name} is seen at {visible_count} of {len(tracked_mark.places)} "
                 f"frames{doubt_note}."
             )

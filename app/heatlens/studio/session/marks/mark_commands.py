@@ -95,7 +95,7 @@ class MarkCommands(Commands, Worker):
         if plate is None or not self.anchors.is_playhead_shown():
             return
         pixel = self._source.frame_px(self._editing.lens, pixel)
-        with report_errors(self._say):
+        with report_errors(self._notify):
             plate_px = self._source.feed.plate_px(self._editing.shot, pixel)
             surface = surfaces_at(plate, self._editing.lens, *plate_px)[0]
             pixel = pixel if self._source.has_camera else (surface.x, surface.y)
@@ -115,7 +115,7 @@ class MarkCommands(Commands, Worker):
     def pick_matte(self, receive: Callable[[str, str], None], field: str) -> None:
         """Let the next click that would set a mark choose the matte of the option `field`."""
         self._matte_receiver = partial(receive, field)
-        self._say("Ctrl+Shift+click on the thing.")
+        self._notify("Ctrl+Shift+click on the thing.")
 
     def _use_picked(self, mark: PointMark | MatteMark) -> None:
         """Set a mark, or give its matte to the option that waits for one."""
@@ -129,7 +129,7 @@ class MarkCommands(Commands, Worker):
         elif isinstance(mark, MatteMark):
             receive(mark.matte)
         else:
-            self._say("No Cryptomatte or channel of ids tells a thing there: type its matte.")
+            self._notify("No Cryptomatte or channel of ids tells a thing there: type its matte.")
 
     def _add(self, mark: Mark) -> None:
         """Add a mark to the shot, and make it the target of the next pull."""
@@ -137,7 +137,7 @@ class MarkCommands(Commands, Worker):
         self._editing.do(replace(self._editing.shot, marks=(*self._editing.shot.marks, mark)))
         anchor = MarkAnchor.of(mark)
         held_words = "" if anchor is None else f" on the {anchor}"
-        self._say(
+        self._notify(
             f"Mark {mark.name} is set{held_words}. Shift+M pulls the focus from mark to mark."
         )
 
@@ -161,7 +161,7 @@ class MarkCommands(Commands, Worker):
     def delete(self, mark: Mark) -> None:
         """Delete the mark, unless the focus follows it."""
         if self.live.live is not None and mark.name in self.live.live.marks:
-            self._say(f"The focus follows {mark.name}: let it go, or make keys, to delete it.")
+            self._notify(f"The focus follows {mark.name}: let it go, or make keys, to delete it.")
             return
         marks = tuple(kept_mark for kept_mark in self._editing.shot.marks if kept_mark != mark)
         self._editing.do(replace(self._editing.shot, marks=marks))
@@ -188,17 +188,17 @@ class MarkCommands(Commands, Worker):
         if isinstance(mark, PointMark):
             self._scene_measurement = self._scenes.measure_point(mark, frames)
         if self._scene_measurement is not None:
-            self._say(self._scene_measurement.words)
+            self._notify(self._scene_measurement.words)
         elif self._timeline.cache is not None:
             self._measure_plates(self._timeline.cache, mark, frames)
         else:
-            self._say("Only points in a sequence or a scene can be followed.")
+            self._notify("Only points in a sequence or a scene can be followed.")
 
     def _measure_plates(self, cache: FrameCache, mark: Mark, frames: FrameRange) -> None:
         """Measure a mark over the plates of some frames, on a thread."""
         read_count = sum(1 for frame in frames if not isinstance(cache.get(frame), Plate))
         if read_count:
-            self._say(f"Reading {read_count} frames to follow {mark.name} ...")
+            self._notify(f"Reading {read_count} frames to follow {mark.name} ...")
         plates = plates_at(cache, reading_options(self._source), frames)
         self._reader.start(
             lambda: (mark, smooth_distances(mark, mark_distances_m(plates, mark), frames))
@@ -207,7 +207,7 @@ class MarkCommands(Commands, Worker):
     def _set_focus_keys(self, mark: Mark, distances_m: Distances) -> None:
         """Set keys that focus on a mark at its measured distance at each frame."""
         shot = self._editing.shot
-        with report_errors(self._say):
+        with report_errors(self._notify):
             focus_m = {
                 frame: distance_m
                 and self.distances.focus_for_distance_m(
@@ -216,11 +216,11 @@ class MarkCommands(Commands, Worker):
                 for frame, distance_m in distances_m.items()
             }
             self._editing.do(focus_on_distances(shot, focus_m))
-            self._say(f"The focus follows {mark.name} from {min(distances_m)} on.")
+            self._notify(f"The focus follows {mark.name} from {min(distances_m)} on.")
 
     def poll(self) -> None:
         """Apply finished measurements; call this once a frame."""
-        with report_errors(self._say):
+        with report_errors(self._notify):
             if (measurement := self._reader.poll() or self._continue_in_scene()) is not None:
                 self._set_focus_keys(*measurement)
             if (picked_mark := self._picker.poll()) is not None:
@@ -239,6 +239,6 @@ class MarkCommands(Commands, Worker):
             mark, frames = measurement.mark, measurement.frames
             return mark, smooth_distances(mark, measurement.distances_m, frames)
         self._scene_measurement = measurement
-        self._say(measurement.words)
+        self._notify(measurement.words)
         self._wake()  # or the loop would sleep
         return None

@@ -193,7 +193,7 @@ class MarkDistances(Commands, Worker):
         self._answer_request()
         if self._request is not None:
             frames = " and ".join(sorted({str(frame) for _, frame in self._unknown(mark_frames)}))
-            self._say(f"Reading frame {frames} to measure how far the mark is there ...")
+            self._notify(f"Reading frame {frames} to measure how far the mark is there ...")
 
     @property
     def has_request(self) -> bool:
@@ -218,7 +218,7 @@ class MarkDistances(Commands, Worker):
                 self._begin_reading(unknown_mark_frames[0])
         else:
             self._request = None
-            with report_errors(self._say):
+            with report_errors(self._notify):
                 request.receive(
                     tuple(self._requested_focus_m(mark_frame) for mark_frame in request.mark_frames)
                 )

@@ -94,7 +94,7 @@ class SurfaceTracking(Commands, Worker):
         """Report how far the tracking is, and hand over the mark; call this once a frame."""
         if self._progress != self._reported_progress:
             self._reported_progress = self._progress
-            self._say(self._reported_progress)
+            self._notify(self._reported_progress)
         if (marks := self._tracker.poll()) is not None:
             self._receive(*marks)
 

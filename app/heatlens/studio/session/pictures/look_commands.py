@@ -36,12 +36,12 @@ class LookCommands(Commands):
         look = Look(name, self._editing.lens, frame, still)
         self._editing.do(replace(shot, looks=(*shot.looks, look)))
         key = f" Ctrl+{len(self.looks)} returns to it." if len(self.looks) <= LOOKS_WITH_KEY else ""
-        self._say(f"Look {look.name} is kept.{key}")
+        self._notify(f"Look {look.name} is kept.{key}")
 
     def use_number(self, index: int) -> None:
         """Use the lens of a look; keyed parameters get a key at the playhead."""
         if index >= len(self.looks):
-            self._say(Problem(f"There are {len(self.looks)} looks. Shift+L keeps one."))
+            self._notify(Problem(f"There are {len(self.looks)} looks. Shift+L keeps one."))
             return
         self._use_lens(self.looks[index].lens)
 
@@ -54,7 +54,7 @@ class LookCommands(Commands):
     def use_previous_lens(self) -> None:
         """Return to the lens before the latest look; a second call returns to the look."""
         if self._previous_lens is None:
-            self._say(Problem("There is no earlier lens: no look has been applied yet."))
+            self._notify(Problem("There is no earlier lens: no look has been applied yet."))
         else:
             self._use_lens(self._previous_lens)
 
@@ -67,7 +67,7 @@ class LookCommands(Commands):
 
     def rename(self, look: Look, name: str) -> None:
         """Give a look another name, as one undo step."""
-        with report_errors(self._say):
+        with report_errors(self._notify):
             self._replace_look(look, (replace(look, name=name.strip()),))
 
     def delete(self, look: Look) -> None:
@@ -97,7 +97,7 @@ class LookCommands(Commands):
         other_names = [other_look.name for other_look in self.looks if other_look != look]
         if state.a_look == look.name or not other_names:
             if not other_names:
-                self._say(Problem("A second look is needed on the right. Shift+L keeps one."))
+                self._notify(Problem("A second look is needed on the right. Shift+L keeps one."))
             self._view.state = replace(self._view.state, a_look="")
             return
         b_look = state.b_look if state.b_look in other_names else other_names[0]
@@ -116,7 +116,7 @@ class LookCommands(Commands):
         """Switch between a grid of up to four looks and the single picture."""
         is_on = self._view.state.compare is Compare.GRID
         if not is_on and not self.looks:
-            self._say(Problem("There are no looks yet. Shift+L keeps the lens as one."))
+            self._notify(Problem("There are no looks yet. Shift+L keeps the lens as one."))
             return
         compare = Compare.OFF if is_on else Compare.GRID
         self._view.state = replace(self._view.state, compare=compare)

@@ -161,36 +161,36 @@ class PictureCommands(Commands, Worker):
     def copy(self) -> None:
         """Put the picture on the clipboard once it is complete."""
         if self._source.plate is None:
-            self._say("Nothing is open to copy.")
+            self._notify("Nothing is open to copy.")
         else:
             self.save(None)
 
     def save(self, path: Path | None) -> None:
         """Write the picture of the frame to `path` once it is complete; None copies it."""
         if self._writer.is_busy:
-            self._say("The previous picture is still being written: try again in a moment.")
+            self._notify("The previous picture is still being written: try again in a moment.")
             return
         self._request = _Request(self._editing.shot.source, self._editing.frame, path)
-        self._say(f"Waiting for the whole picture before {self._request.words} ...")
+        self._notify(f"Waiting for the whole picture before {self._request.words} ...")
 
     def poll(self) -> None:
         """Begin to write a requested picture once it is whole; report how writing ended."""
         request, current = self._request, (self._editing.seen_shot.source, self._editing.frame)
         if request is not None and (request.source, request.frame) != current:
             self._request = None
-            self._say(
+            self._notify(
                 f"The frame changed before its picture was complete: {request.words} was cancelled."
             )
         elif request is not None and (picture := self._whole_picture()) is not None:
             self._request = None
-            self._say(f"{request.words.capitalize()} ...")
+            self._notify(f"{request.words.capitalize()} ...")
             self._begin_writing(picture, request.path)
         try:
             message = self._writer.poll()
         except HeatlensError as error:
             message = str(error)
         if message is not None:
-            self._say(message)
+            self._notify(message)
 
     def _whole_picture(self) -> ShownPicture | None:
         """Return the complete picture of the current frame; None until it is rendered."""

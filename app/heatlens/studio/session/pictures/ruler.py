@@ -43,7 +43,7 @@ class Ruler(Commands):
             return
         self.is_on = True
         if not self._camera_mm:
-            self._say(_ASSUMED_LENS)
+            self._notify(_ASSUMED_LENS)
 
     def switch_off(self) -> bool:
         """Switch the ruler off; return True if it was on."""
@@ -70,7 +70,7 @@ class Ruler(Commands):
         if len(ends) != 2 or plate is None or not all(self.is_inside(end) for end in ends):
             return None
         ends = tuple(self._source.frame_px(self._editing.lens, end) for end in ends)
-        with report_errors(self._say):
+        with report_errors(self._notify):
             plate_pixels = [self._source.feed.plate_px(self._editing.shot, end) for end in ends]
             first_m, second_m = (depth_at_m(plate, *end) for end in plate_pixels)
             camera = self._camera(plate)

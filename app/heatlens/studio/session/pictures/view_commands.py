@@ -75,7 +75,7 @@ class ReferenceLoader(Commands, Worker):
         if self.current is not None:
             self.current.texture.release()
         self.current = Reference(path, texture)
-        self._say(f"B is {path.name}.")
+        self._notify(f"B is {path.name}.")
 
 
 _EXPOSURE_STEP = 0.25  # stops
@@ -173,7 +173,7 @@ class ViewCommands(Commands):
         is_reference = self._view.state.against is Against.REFERENCE
         new_side = Against.PINHOLE if is_reference else Against.REFERENCE
         if new_side is Against.REFERENCE and self._references.current is None:
-            self._say("No reference is loaded: open one with Ctrl+Shift+O.")
+            self._notify("No reference is loaded: open one with Ctrl+Shift+O.")
             return
         self.change(against=new_side)
 

@@ -104,7 +104,7 @@ class ClusterFrames(Commands):
         if problem != self._reported_problem:
             self._reported_problem = problem
             if problem:
-                self._say(passing_message(problem, lambda: self._reported_problem == problem))
+                self._notify(passing_message(problem, lambda: self._reported_problem == problem))
 
     def store_arrived(self, keys: Container[str]) -> Iterator[str]:
         """Store arrived frames with one of these keys, and yield their keys; drop all others."""
@@ -116,7 +116,7 @@ class ClusterFrames(Commands):
                 yield answer.key
             elif answer.problem:
                 self._failed_keys.add(answer.key)
-                self._say(Problem(f"{answer.problem} {ON_THIS_MACHINE}"))
+                self._notify(Problem(f"{answer.problem} {ON_THIS_MACHINE}"))
 
     def request_frames(self, jobs: Iterable[FrameJob], request: FramesRequest | None) -> None:
         """Request these frames and cancel all others, once for each value of `request`."""

@@ -36,7 +36,7 @@ class FramePlayer(Commands, Worker):
         if self._source.picture.problem != self._reported_problem:
             self._reported_problem = self._source.picture.problem
             if self._reported_problem:
-                self._say(self._reported_problem)
+                self._notify(self._reported_problem)
 
     def _request_plate(self) -> None:
         """Request the plate at the playhead and those around it, unless kept frames play."""

@@ -193,7 +193,7 @@ class RenderScheduler(Commands, Worker):
         super().__init__(shared)
         self._sides, self._visible, self._frames_ahead = sides, visible, pull
         self._view, self._speed = view, speed
-        self._say_error = shared.say_error
+        self._say_error = shared.notify_error
 
     # State
 

@@ -95,7 +95,7 @@ class SceneCommands(Commands):
         """Frame the objects called `name`, or the whole scene if None, from the same direction."""
         scene = self.scene
         if scene is not None and name is not None and name not in object_names(scene):
-            self._say(f"This scene has no object called {name}.")
+            self._notify(f"This scene has no object called {name}.")
         elif scene is not None:
             points, aspect = corners_m(scene, self._editing.frame, name), self._aspect
             self._set_pose(frame_points(points, self._editing.lens, aspect, self.pose.turn))
@@ -150,10 +150,10 @@ class SceneCommands(Commands):
     def follow(self, mark: ObjectMark, frames: FrameRange) -> None:
         """Keep the focus on an object from in to out."""
         name = mark.object_name
-        with report_errors(self._say):
+        with report_errors(self._notify):
             distances_m = {frame: self._depth_m(name, frame) for frame in frames}
             self._editing.do(focus_on_distances(self._editing.shot, distances_m))
-            self._say(f"The focus follows {name} from {frames.first} on.")
+            self._notify(f"The focus follows {name} from {frames.first} on.")
 
     def look_through(self, name: str) -> None:
         """Look through a camera of the scene, with the lens values that the file has for it.
@@ -166,7 +166,7 @@ class SceneCommands(Commands):
             return
         camera = scene.camera_named(name)
         self._editing.do(through_camera(self._editing.shot, camera))
-        self._say(_camera_message(name, self._editing.lens, lens_values(camera)))
+        self._notify(_camera_message(name, self._editing.lens, lens_values(camera)))
 
     def set_axis_and_unit(self, up_axis: WorldAxis, meters_per_unit: float) -> None:
         """Set the up axis and the unit of the file, and frame the whole scene again.

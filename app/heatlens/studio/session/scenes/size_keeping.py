@@ -43,12 +43,12 @@ class SizeKeeping(Commands):
         marks = self._editing.shot.marks
         if self.chosen is not None or not marks:
             self.chosen = None
-            self._say(
+            self._notify(
                 _ZOOM_MESSAGE if marks else "Set a mark first (M): what is on it keeps its size."
             )
             return
         self.chosen = min(marks, key=self._offset_dioptres).name
-        self._say(f"Changing the focal length now keeps {self.chosen} the same size.")
+        self._notify(f"Changing the focal length now keeps {self.chosen} the same size.")
 
     def _offset_dioptres(self, mark: Mark) -> float:
         """Return how far a mark is from the focus in dioptres; infinity without a distance."""
@@ -69,7 +69,7 @@ class SizeKeeping(Commands):
 
     def dolly_zoom(self, follower: Literal["camera", "length"]) -> None:
         """Let the camera follow the keyed focal length, or the focal length the camera."""
-        with report_errors(self._say):
+        with report_errors(self._notify):
             if self.chosen is None:
                 raise InputError("Choose what keeps its size first, under the focal length.")
             kept_size = self._kept_size(self._editing.shot)

@@ -39,7 +39,7 @@ class Editing:
     def __init__(
         self,
         shot: Shot,
-        say: Callable[[str], None],
+        notify: Callable[[str], None],
         is_sequence: Callable[[], bool] = lambda: False,
         other_holder: Callable[[], str] = lambda: "",
         reframe: Callable[[Shot, Shot], Shot] = lambda _, after: after,
@@ -60,7 +60,7 @@ class Editing:
         self._keyed_cache: tuple[Shot, int, Lens] | None = None
         self.performance: Performance | None = None  # set while a pull is recorded
         self._has_explained = False  # see `_explain_change`
-        self._say = say
+        self._notify = notify
         self.clock = clock
         self._changed_at = 0.0
         self._other_holder, self._reframe = other_holder, reframe
@@ -127,7 +127,7 @@ class Editing:
             try:
                 cached = self._keyed_cache = shot, frame, shot.lens_at(frame)
             except LensError as error:
-                self._say(Problem(error))
+                self._notify(Problem(error))
                 return shot.lens
         return cached[2]
 
@@ -160,9 +160,9 @@ class Editing:
         if lens == old_lens:
             return
         if holder := self._other_holder():
-            self._say(f"{holder} has the lens.")
+            self._notify(f"{holder} has the lens.")
             return
-        with report_errors(self._say):
+        with report_errors(self._notify):
             self._check_focus_by_hand(old_lens, lens)
             lens = self._within_kit(old_lens, lens)
             if self.performance is not None:
@@ -195,7 +195,7 @@ class Editing:
         names = ("focal_length_mm", "f_stop", "focus_distance_m")
         changed = [it for it in names if getattr(allowed, it) != getattr(requested, it)]
         if kit is not None and changed:
-            self._say(kit.refusal_message(requested))
+            self._notify(kit.refusal_message(requested))
         return allowed
 
     def _record_performance(self, lens: Lens, old_lens: Lens) -> Lens:
@@ -223,14 +223,14 @@ class Editing:
     def _explain_change(self, old_lens: Lens, new_lens: Lens) -> None:
         """Explain, once per shot of several frames, what a change of the focus does."""
         if self._trial_lens is not None:
-            self._say(passing_message(_TRIAL_MESSAGE, lambda: bool(self.trial_parameters)))
+            self._notify(passing_message(_TRIAL_MESSAGE, lambda: bool(self.trial_parameters)))
         elif not self._has_explained and self.has_time and self.performance is None:
             if old_lens.focus_distance_m != new_lens.focus_distance_m:
                 self._has_explained = True
                 has_keys = self.shot.curves.focus_distance_m.keys
                 has_none = lambda: not self.shot.curves.focus_distance_m.keys  # noqa: E731
                 all_frames_message = passing_message(_ALL_FRAMES_MESSAGE, has_none)
-                self._say(_KEY_MESSAGE.format(self.frame) if has_keys else all_frames_message)
+                self._notify(_KEY_MESSAGE.format(self.frame) if has_keys else all_frames_message)
 
     @property
     def has_time(self) -> bool:

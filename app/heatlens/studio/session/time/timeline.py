@@ -180,7 +180,7 @@ class Timeline(Commands):
                 self.cache.sequence.shown_frame(frame, self.missing)
         except InputError as error:
             self.playback.stop()
-            self._say(Problem(error))
+            self._notify(Problem(error))
             return False
         return True
 

@@ -27,9 +27,9 @@ class FileDialogs:
     """A dialog over the window that asks for a file, and applies the choice."""
 
     def __init__(
-        self, files: FileControl, say: Callable[[str], None], wake: Callable[[], None]
+        self, files: FileControl, notify: Callable[[str], None], wake: Callable[[], None]
     ) -> None:
-        self._files, self._say, self._wake = files.commands, say, wake
+        self._files, self._notify, self._wake = files.commands, notify, wake
         self.walk: FolderWalk | None = None
         self._is_new = False
 
@@ -77,7 +77,7 @@ class FileDialogs:
             typed_file = walk.poll()
         except HeatlensError as error:
             typed_file = None
-            self._say(Problem(error))
+            self._notify(Problem(error))
         is_typing = imgui.get_io().want_text_input
         self._draw_path_row(walk)
         picked_file = _draw_list(walk)

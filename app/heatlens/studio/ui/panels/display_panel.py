@@ -25,7 +25,7 @@ def display_panel(
     color: ColorChoice,
     reference: str | None,
     has_many_views: bool,
-    say: Callable[[str], None],
+    notify: Callable[[str], None],
     grade: Grade | None = None,
     squeeze: float = 1.0,
 ) -> ViewState:
@@ -46,8 +46,8 @@ def display_panel(
     widgets.spacer()
     tip = "A beside B, B alone, or how they differ."
     compare = segments("compare", view.compare, _COMPARE_NAMES, 4, tip)
-    view = _compare_rows(replace(view, compare=compare), reference, has_many_views, say)
-    return guides_rows(view, squeeze, say)
+    view = _compare_rows(replace(view, compare=compare), reference, has_many_views, notify)
+    return guides_rows(view, squeeze, notify)
 
 
 def _grade_words(grade: Grade) -> str:
@@ -83,12 +83,12 @@ def _input_row(view: ViewState, color: ColorChoice) -> ViewState:
 
 
 def _compare_rows(
-    view: ViewState, reference: str | None, has_many_views: bool, say: Callable[[str], None]
+    view: ViewState, reference: str | None, has_many_views: bool, notify: Callable[[str], None]
 ) -> ViewState:
     """Draw the gain of the difference and the choice of B; return the changed view."""
     if view.compare is Compare.DIFFERENCE:
         gain_range = (GAIN_LEAST, GAIN_MOST)
-        gain = widgets.drag("gain", view.difference_gain, 0.05, *gain_range, "x %.1f", say)
+        gain = widgets.drag("gain", view.difference_gain, 0.05, *gain_range, "x %.1f", notify)
         view = replace(view, difference_gain=gain)
     choices: dict[str, tuple[Against, Method]] = {"pinhole": (Against.PINHOLE, view.b_method)}
     if reference is not None:

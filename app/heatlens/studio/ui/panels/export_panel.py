@@ -58,7 +58,7 @@ def draw_exports(files: FileControl, pictures: PictureControl) -> None:
         exports.played,
         exports.run.state,
         cluster.status_text,
-        exports.say,
+        exports.notify,
         exports.usual_quality,
         cluster.awaits_consent,
     )
@@ -78,7 +78,7 @@ def export_panel(
     played: FrameRange | None,
     state: ExportState | None,
     workers: str = "",
-    say: Callable[[str], None] = lambda _: None,
+    notify: Callable[[str], None] = lambda _: None,
     default_quality: Quality = Quality.FINAL,
     awaits_consent: bool = False,
 ) -> tuple[ExportSettings, PressedButton]:
@@ -101,7 +101,7 @@ def export_panel(
     imgui.text_disabled(printable(place.job_name(output) if place.is_job else Path(output).name))
     if state is not None and _draw_progress(state):
         pressed = PressedButton.CANCEL
-    place, is_agreed = _farm_rows(place, workers, say, awaits_consent)
+    place, is_agreed = _farm_rows(place, workers, notify, awaits_consent)
     settings, pressed = (
         replace(settings, place=place),
         PressedButton.AGREE if is_agreed else pressed,
@@ -123,16 +123,16 @@ def _camera_rows(settings: ExportSettings, is_busy: bool) -> tuple[ExportSetting
 
 
 def _farm_rows(
-    place: ExportPlace, workers: str, say: Callable[[str], None], awaits_consent: bool
+    place: ExportPlace, workers: str, notify: Callable[[str], None], awaits_consent: bool
 ) -> tuple[ExportPlace, bool]:
     """Draw the fold of who makes the frames; return the place, and whether the user agreed."""
     if not widgets.folded_header("Farm", _FARM_ROWS, place.where is not Where.HERE):
         return place, False
-    place = _place_rows(place, workers, say)
+    place = _place_rows(place, workers, notify)
     return place, _agree_button(awaits_consent and place.where is Where.CLUSTER)
 
 
-def _place_rows(place: ExportPlace, workers: str, say: Callable[[str], None]) -> ExportPlace:
+def _place_rows(place: ExportPlace, workers: str, notify: Callable[[str], None]) -> ExportPlace:
     """Draw the choice of who makes the frames; return the place as the user left it."""
     tip = "A job is saved beside the frames, with its shot; a farm or a cluster makes them later."
     place = replace(place, where=widgets.pick_one("where", place.where, tip))
@@ -140,14 +140,14 @@ def _place_rows(place: ExportPlace, workers: str, say: Callable[[str], None]) ->
         counts = {count: str(count) for count in sorted({*_PROCESSES, place.processes})}
         tip = "Several use a machine with many processors better."
         return replace(place, processes=widgets.pick("processes", place.processes, counts, tip))
-    return _cluster_rows(place, workers, say) if place.where is Where.CLUSTER else place
+    return _cluster_rows(place, workers, notify) if place.where is Where.CLUSTER else place
 
 
-def _cluster_rows(place: ExportPlace, workers: str, say: Callable[[str], None]) -> ExportPlace:
+def _cluster_rows(place: ExportPlace, workers: str, notify: Callable[[str], None]) -> ExportPlace:
     """Draw the address of a cluster, and which pictures of the window it renders too."""
     widgets.label("scheduler", "Address of `dask scheduler`, such as tcp://192.168.1.20:8786.")
     address = place.scheduler
-    scheduler = widgets.text_field("export scheduler", address, address, parse_address, say)
+    scheduler = widgets.text_field("export scheduler", address, address, parse_address, notify)
     widgets.label("renders too", "Pictures that the window shows, as well as exports.")
     ahead = widgets.check("frames ahead (the blue bar)", place.ahead, tip=_AHEAD_TIP)
     widgets.label("")

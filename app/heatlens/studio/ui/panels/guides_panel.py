@@ -35,16 +35,16 @@ _PEAKING_ROWS = ("show", "colour", "contrast", "up to")
 _LINES = (("safe_areas", "safe areas"), ("thirds", "thirds"), ("centre", "centre cross"))
 
 
-def guides_rows(view: ViewState, squeeze: float, say: Callable[[str], None]) -> ViewState:
+def guides_rows(view: ViewState, squeeze: float, notify: Callable[[str], None]) -> ViewState:
     """Draw the fold; return the view as the user left it. `squeeze` is that of the lens."""
     guides = view.guides
     if not widgets.folded_header("Frame masks and guides", _GUIDE_ROWS):
         return view
-    guides = _mask_rows(guides, say)
+    guides = _mask_rows(guides, notify)
     for field, words in _LINES:
         changes: Values = {field: widgets.check(words, bool(getattr(guides, field)))}
         guides = replace(guides, **changes)
-    guides = _desqueeze_rows(_framing_row(guides), squeeze, say)
+    guides = _desqueeze_rows(_framing_row(guides), squeeze, notify)
     return replace(view, guides=guides)
 
 
@@ -61,7 +61,7 @@ def _framing_row(guides: Guides) -> Guides:
     return guides
 
 
-def _mask_rows(guides: Guides, say: Callable[[str], None]) -> Guides:
+def _mask_rows(guides: Guides, notify: Callable[[str], None]) -> Guides:
     """Draw the choice of the frame mask, its own aspect ratio and its opacity."""
     names: dict[float | None, str] = {None: "none"}
     names |= {aspect: name for name, aspect in MATTES.items()}
@@ -74,14 +74,14 @@ def _mask_rows(guides: Guides, say: Callable[[str], None]) -> Guides:
     if is_own:
         widgets.label("own aspect", "Width over height: 2.2, 2.2:1 or 16:9")
         aspect = widgets.text_field(
-            "own aspect", f"{aspect_now:.4g}", aspect_now, parse_aspect, say
+            "own aspect", f"{aspect_now:.4g}", aspect_now, parse_aspect, notify
         )
         guides = replace(guides, aspect=aspect)
     opacity = widgets.slider("opacity", guides.opacity, 0.0, 1.0, "%.2f", "1 is black.")
     return replace(guides, opacity=opacity)
 
 
-def _desqueeze_rows(guides: Guides, squeeze: float, say: Callable[[str], None]) -> Guides:
+def _desqueeze_rows(guides: Guides, squeeze: float, notify: Callable[[str], None]) -> Guides:
     """Draw the choice of the pixel aspect ratio for the view."""
     names = {value: name for name, value in SQUEEZES.items()}
     desqueeze_now = guides.desqueeze
@@ -108,7 +108,7 @@ def _desqueeze_rows(guides: Guides, squeeze: float, say: Callable[[str], None]) 
         return guides
     widgets.label("own desqueeze", "2, 1.33 or 4:3")
     desqueeze = widgets.text_field(
-        "own desqueeze", f"{desqueeze_now:.4g}", desqueeze_now, parse_desqueeze, say
+        "own desqueeze", f"{desqueeze_now:.4g}", desqueeze_now, parse_desqueeze, notify
     )
     return replace(guides, desqueeze=desqueeze)
 

@@ -42,7 +42,7 @@ _LENS_IS_FIXED = "This plate holds circles of confusion, so its lens is fixed."
 _KNOB = imgui.Col_.slider_grab
 _BREATHING_TIP = "At close focus the lens shows {:.3g} % of the width that it shows at infinity."
 _NO_KIT = "no kit"
-Say = Callable[[str], None]
+Notify = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,27 +62,30 @@ class LensFacts:
 # Film back, model and sharpness are folded at first, so that the kit and the opening are visible in
 # a window of 1280 x 800.
 def lens_panel(
-    lens: Lens, facts: LensFacts, say: Say, draw_mark_buttons: Callable[[], None] = lambda: None
+    lens: Lens,
+    facts: LensFacts,
+    notify: Notify,
+    draw_mark_buttons: Callable[[], None] = lambda: None,
 ) -> Lens:
     """Draw the controls of the lens; return the lens as the user left it.
 
     `draw_mark_buttons` draws the buttons under the focus, which set a mark and pull to one.
     """
-    with report_errors(say):  # a change that gives an impossible lens is discarded
-        new_lens = _focus_rows(lens, facts, say)
+    with report_errors(notify):  # a change that gives an impossible lens is discarded
+        new_lens = _focus_rows(lens, facts, notify)
         if facts.histogram is not None:
             draw_mark_buttons()
         with _trial_color(LensParameter.F_STOP, facts), texts.colored(theme.colors.live, _KNOB):
-            new_lens = _aperture_rows(new_lens, facts, say)
+            new_lens = _aperture_rows(new_lens, facts, notify)
         with _trial_color(LensParameter.FOCAL_LENGTH, facts):
-            new_lens = _focal_length_row(new_lens, facts, say)
+            new_lens = _focal_length_row(new_lens, facts, notify)
         _draw_doubts(facts, "lens")
         _draw_sources(facts)
         return new_lens
     return lens
 
 
-def _focus_rows(lens: Lens, facts: LensFacts, say: Say) -> Lens:
+def _focus_rows(lens: Lens, facts: LensFacts, notify: Notify) -> Lens:
     """Draw the field of the focus distance and the limits of the sharp range."""
     imgui.separator_text("Focus")
     if facts.histogram is None:
@@ -97,7 +100,7 @@ def _focus_rows(lens: Lens, facts: LensFacts, say: Say) -> Lens:
             measured_text(lens, lens.focus_distance_m, facts.unit),
             lens.focus_distance_m,
             lambda text: parse_measured_m(lens, text),
-            say,
+            notify,
         )
     lens, notches = replace(lens, focus_distance_m=distance_m), widgets.wheel_over_last()
     if notches:
@@ -143,7 +146,7 @@ def _draw_limits(lens: Lens, unit: str) -> None:
     texts.tooltip(f"A blur of less than {limit_um:.0f} µm on the sensor counts as sharp.")
 
 
-def _aperture_rows(lens: Lens, facts: LensFacts, say: Say) -> Lens:
+def _aperture_rows(lens: Lens, facts: LensFacts, notify: Notify) -> Lens:
     """Draw the slider and the field of the f-stop, and the T-stop."""
     imgui.separator_text("Aperture")
     widgets.label("f-stop", "Third stops; type any value in the field on the right.")
@@ -159,19 +162,19 @@ def _aperture_rows(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     imgui.same_line()
     imgui.set_next_item_width(-1)
     f_stop_text = f"f/{lens.f_stop:.4g}"
-    f_stop = widgets.text_field("f-stop field", f_stop_text, lens.f_stop, parse_stop, say)
+    f_stop = widgets.text_field("f-stop field", f_stop_text, lens.f_stop, parse_stop, notify)
     lens = replace(lens, f_stop=f_stop)
     _draw_doubts(facts, "aperture")
-    return _t_stop_row(lens, say)
+    return _t_stop_row(lens, notify)
 
 
-def _t_stop_row(lens: Lens, say: Say) -> Lens:
+def _t_stop_row(lens: Lens, notify: Notify) -> Lens:
     """Draw the field of the T-stop; return the changed lens."""
     tip = "Transmission of the glass: it changes the exposure, never the blur. Empty: no loss."
     widgets.label("T-stop", tip)
     t_stop_text = "" if lens.t_stop is None else f"T{lens.t_stop:.4g}"
     parse = widgets.optional(partial(parse_stop, what="T-stop"))
-    t_stop = widgets.text_field("T-stop", t_stop_text, lens.t_stop, parse, say, _NO_T_STOP)
+    t_stop = widgets.text_field("T-stop", t_stop_text, lens.t_stop, parse, notify, _NO_T_STOP)
     return replace(lens, t_stop=t_stop)
 
 
@@ -196,7 +199,7 @@ def _draw_sources(facts: LensFacts) -> None:
     texts.tooltip("\n".join(words))
 
 
-def _focal_length_row(lens: Lens, facts: LensFacts, say: Say) -> Lens:
+def _focal_length_row(lens: Lens, facts: LensFacts, notify: Notify) -> Lens:
     """Draw the field of the focal length; return the changed lens."""
     imgui.separator_text("Lens")
     focal_range = 4.0, 1200.0
@@ -204,29 +207,29 @@ def _focal_length_row(lens: Lens, facts: LensFacts, say: Say) -> Lens:
         focal_range = facts.kit_lens.focal_length_mm, facts.kit_lens.longest_length_mm
     with widgets.disabled(focal_range[0] == focal_range[1]):  # a prime lens has one focal length
         focal_length_mm = widgets.drag(
-            "focal length", lens.focal_length_mm, 0.2, *focal_range, "%.1f mm", say
+            "focal length", lens.focal_length_mm, 0.2, *focal_range, "%.1f mm", notify
         )
     return replace(lens, focal_length_mm=focal_length_mm)
 
 
-def film_back_panel(lens: Lens, say: Say) -> Lens:
+def film_back_panel(lens: Lens, notify: Notify) -> Lens:
     """Draw the rows that are set up once a shoot, folded until the user opens them."""
     if not widgets.folded_header("Film back, squeeze, sharpness", _FOLDED_ROWS):
         return lens
-    with report_errors(say):  # a change that gives an impossible lens is discarded
-        return _film_back_rows(lens, say)
+    with report_errors(notify):  # a change that gives an impossible lens is discarded
+        return _film_back_rows(lens, notify)
     return lens
 
 
-def _film_back_rows(lens: Lens, say: Say) -> Lens:
+def _film_back_rows(lens: Lens, notify: Notify) -> Lens:
     """Draw sensor, lens model, measuring point, squeeze and the acceptable circle of confusion."""
-    lens = _measuring_rows(_model_row(_sensor_rows(lens, say)), say)
+    lens = _measuring_rows(_model_row(_sensor_rows(lens, notify)), notify)
     tip = "Anamorphic squeeze: the height of the discs divided by their width."
     lens = replace(lens, squeeze=widgets.slider("squeeze", lens.squeeze, 1.0, 2.0, "%.2f x", tip))
     tip = "Acceptable circle of confusion on the sensor; 1/1500 of its width unless set."
     limit_range = 1.0, 500.0
     old_limit_um = 1e3 * lens.coc_limit_mm
-    limit_um = widgets.drag("sharp up to", old_limit_um, 0.2, *limit_range, "%.1f µm", say, tip)
+    limit_um = widgets.drag("sharp up to", old_limit_um, 0.2, *limit_range, "%.1f µm", notify, tip)
     if not math.isclose(limit_um, old_limit_um, rel_tol=1e-6):
         lens = replace(lens, acceptable_coc_mm=1e-3 * limit_um)
     return lens
@@ -239,7 +242,7 @@ def _model_row(lens: Lens) -> Lens:
     return replace(lens, model=widgets.pick("lens model", lens.model, words, tip))
 
 
-def _measuring_rows(lens: Lens, say: Say) -> Lens:
+def _measuring_rows(lens: Lens, notify: Notify) -> Lens:
     """Draw where distances are measured from, and the offset of the pupil from the film plane."""
     words = {start: start.words for start in MeasuredFrom}
     tip = "The depth of a plate starts at the entrance pupil, a tape measure at the film plane."
@@ -250,18 +253,18 @@ def _measuring_rows(lens: Lens, say: Say) -> Lens:
     name, old_offset_mm = "pupil offset", lens.pupil_offset_mm
     widgets.label(name, "From the film plane to the entrance pupil; some cameras record it.")
     parse = partial(widgets.parse_number, low=-2000.0, high=2000.0, quantity=name)
-    offset_mm = widgets.text_field(name, f"{old_offset_mm:.4g} mm", old_offset_mm, parse, say)
+    offset_mm = widgets.text_field(name, f"{old_offset_mm:.4g} mm", old_offset_mm, parse, notify)
     return replace(lens, pupil_offset_mm=offset_mm)
 
 
-def _sensor_rows(lens: Lens, say: Say) -> Lens:
+def _sensor_rows(lens: Lens, notify: Notify) -> Lens:
     """Draw the choice of the film back and the width of the sensor."""
     names: dict[Filmback | None, str] = {back: back.name for back in FILMBACKS}
     old_width_mm = lens.sensor_width_mm
     current_back = next((back for back in FILMBACKS if back.width_mm == old_width_mm), None)
     picked_back = widgets.pick("film back", current_back, names)
     width_mm = old_width_mm if picked_back is None else picked_back.width_mm
-    width_mm = widgets.drag("sensor width", width_mm, 0.05, 1.0, 100.0, "%.2f mm", say)
+    width_mm = widgets.drag("sensor width", width_mm, 0.05, 1.0, 100.0, "%.2f mm", notify)
     return replace(lens, sensor_width_mm=width_mm)
 
 

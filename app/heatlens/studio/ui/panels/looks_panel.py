@@ -141,7 +141,7 @@ def _look_row(
     imgui.begin_group()
     imgui.set_next_item_width(_NAME_EM * em)
     name = widgets.text_field(
-        f"look name {look.name}", look.name, look.name, str.strip, control.say
+        f"look name {look.name}", look.name, look.name, str.strip, control.notify
     )
     lens = look.lens
     words = printable(f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}")

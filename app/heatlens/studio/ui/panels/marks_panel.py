@@ -94,9 +94,9 @@ def _mark_row(control: TimeControl, unit: str, mark: Mark) -> None:
     imgui.table_next_row()
     imgui.table_next_column()
     imgui.set_next_item_width(-1)
-    name = widgets.text_field(f"mark {mark.name}", mark.name, mark.name, str.strip, control.say)
+    name = widgets.text_field(f"mark {mark.name}", mark.name, mark.name, str.strip, control.notify)
     if name != mark.name:
-        with report_errors(control.say):
+        with report_errors(control.notify):
             commands.change(mark, replace(mark, name=name))
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
@@ -123,9 +123,11 @@ def _close_focus_row(control: TimeControl, unit: str) -> None:
     lens, limit_m = control.editing.lens, control.editing.lens.close_focus_m
     limit_text = "" if limit_m is None else measured_text(lens, limit_m, unit)
     parse = widgets.optional(partial(parse_measured_m, lens))
-    typed_m = widgets.text_field("close focus", limit_text, limit_m, parse, control.say, "unknown")
+    typed_m = widgets.text_field(
+        "close focus", limit_text, limit_m, parse, control.notify, "unknown"
+    )
     if typed_m != limit_m:
-        with report_errors(control.say):
+        with report_errors(control.notify):
             control.editing.edit_lens(replace(lens, close_focus_m=typed_m))
 
 
@@ -135,7 +137,7 @@ def pull_popup(control: TimeControl, ui: UiState, unit: str) -> None:
     if ui.opens_pull:
         ui.opens_pull = False
         if not control.editing.shot.marks:
-            control.say("Set a mark to pull to: M, or Ctrl+Shift+click in the picture.")
+            control.notify("Set a mark to pull to: M, or Ctrl+Shift+click in the picture.")
             return
         pulls.suggest()
         imgui.open_popup(_PULL)

@@ -42,16 +42,16 @@ _OWN_ROWS = {
 }
 
 Points = NDArray[np.float64]
-Say = Callable[[str], None]
+Notify = Callable[[str], None]
 
 
-def opening_panel(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
+def opening_panel(lens: Lens, notify: Notify, ask_image: Callable[[], None]) -> Lens:
     """Draw the controls of the aperture's shape; return the lens as the user left it.
 
     `ask_image` opens the dialog for a picture that replaces the blades.
     """
-    with report_errors(say):  # a change that gives an impossible lens is discarded
-        return _tilt_rows(_opening_rows(lens, say, ask_image))
+    with report_errors(notify):  # a change that gives an impossible lens is discarded
+        return _tilt_rows(_opening_rows(lens, notify, ask_image))
     return lens
 
 
@@ -68,7 +68,7 @@ def _tilt_rows(lens: Lens) -> Lens:
     return lens
 
 
-def _opening_rows(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
+def _opening_rows(lens: Lens, notify: Notify, ask_image: Callable[[], None]) -> Lens:
     """Draw the rows of the aperture's shape, folded unless it has one."""
     flags = 0 if lens.aperture.is_plain else imgui.TreeNodeFlags_.default_open
     is_open = imgui.collapsing_header("Opening", flags)
@@ -80,7 +80,7 @@ def _opening_rows(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
     for name in APERTURE_FIELDS:
         if name not in _OWN_ROWS:
             lens = field_row(lens, name)
-    return _widest_f_stop_row(lens, say)
+    return _widest_f_stop_row(lens, notify)
 
 
 def _image_row(lens: Lens, ask: Callable[[], None]) -> Lens:
@@ -111,7 +111,7 @@ def _blade_rows(lens: Lens) -> Lens:
         return field_row(lens, "blade_curvature")
 
 
-def _widest_f_stop_row(lens: Lens, say: Say) -> Lens:
+def _widest_f_stop_row(lens: Lens, notify: Notify) -> Lens:
     """Draw the f-stop at which the barrel causes the full cat's eye."""
     if lens.cat_eye == 0.0:
         return lens
@@ -119,7 +119,7 @@ def _widest_f_stop_row(lens: Lens, say: Say) -> Lens:
     widest_text = "" if lens.widest_f_stop is None else f"f/{lens.widest_f_stop:.4g}"
     old_widest, parse = lens.widest_f_stop, widgets.optional(parse_stop)
     new_widest = widgets.text_field(
-        "at f-stop", widest_text, old_widest, parse, say, "every f-stop"
+        "at f-stop", widest_text, old_widest, parse, notify, "every f-stop"
     )
     return replace(lens, widest_f_stop=new_widest)
 

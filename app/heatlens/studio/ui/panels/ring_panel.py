@@ -22,7 +22,7 @@ from heatlens.media.live.ring.sources import RingInput, SourceState
 from heatlens.studio.board.controls import LensControl
 from heatlens.studio.ui import rects, texts, theme, widgets
 
-Say = Callable[[str], None]
+Notify = Callable[[str], None]
 _ID_LETTERS = 8  # shown characters of a sender's number
 _FIRST_SENDER = "first one heard"
 _NONE = "nothing"
@@ -32,7 +32,7 @@ _BEND_TIP = "Above 1 the ring turns slowly at its first end, below 1 slowly at i
 _ENDS_TIP = "The lens value at each end of the control, and the value that the control sends there."
 
 
-def ring_panel(control: LensControl, unit: str, say: Say) -> None:
+def ring_panel(control: LensControl, unit: str, notify: Notify) -> None:
     """Draw sender, rate and maps, and whether the lens follows; nothing without an input."""
     receiver, ring_state = control.ring.receiver, control.ring.heard
     if receiver is None or ring_state is None:
@@ -51,7 +51,7 @@ def ring_panel(control: LensControl, unit: str, say: Say) -> None:
         picked_source = widgets.pick("source", source, {None: _FIRST_SENDER} | sender_names)
         if picked_source != source:
             control.ring.listen_to(picked_source)
-    _map_rows(control, unit, say)
+    _map_rows(control, unit, notify)
 
 
 def _sender_name(name: str) -> str:
@@ -82,7 +82,7 @@ def _status_rows(control: LensControl, receiver: RingInput, ring_state: SourceSt
         texts.tooltip(f"The last one: {receiver.fault}." if receiver.fault else "")
 
 
-def _map_rows(control: LensControl, unit: str, say: Say) -> None:
+def _map_rows(control: LensControl, unit: str, notify: Notify) -> None:
     """Draw a row for each ring; nothing until a channel was received."""
     ring_state = control.ring.heard
     channels = (
@@ -96,7 +96,7 @@ def _map_rows(control: LensControl, unit: str, say: Say) -> None:
         unmapped_words = _NONE if getattr(ring_state.sample, str(ring)) is None else _FROM_CAMERA
         _channel_row(control, ring, by_ring.get(ring), channels, unmapped_words)
         if ring in by_ring and imgui.tree_node(f"{ring.words}: ends and curve"):
-            _range_rows(control, by_ring[ring], unit, say)
+            _range_rows(control, by_ring[ring], unit, notify)
             imgui.tree_pop()
 
 
@@ -133,11 +133,11 @@ def _channel_row(
             control.ring.learn(ring)
 
 
-def _range_rows(control: LensControl, entry: ChannelMap, unit: str, say: Say) -> None:
+def _range_rows(control: LensControl, entry: ChannelMap, unit: str, notify: Notify) -> None:
     """Draw the lens values at the ends of a channel, and the curve between them."""
-    with report_errors(say):
-        at_low = _end_field(entry, "first end", entry.at_low, unit, say)
-        at_high = _end_field(entry, "last end", entry.at_high, unit, say)
+    with report_errors(notify):
+        at_low = _end_field(entry, "first end", entry.at_low, unit, notify)
+        at_high = _end_field(entry, "last end", entry.at_high, unit, notify)
         name = f"bend of {entry.ring.words}"
         bend = widgets.slider(name, entry.bend, 0.2, 5.0, "%.2f", _BEND_TIP)
         new_entry = replace(entry, at_low=at_low, at_high=at_high, bend=bend)
@@ -145,12 +145,14 @@ def _range_rows(control: LensControl, entry: ChannelMap, unit: str, say: Say) ->
             control.ring.set_map(entry.ring, new_entry)
 
 
-def _end_field(entry: ChannelMap, words: str, value: float, unit: str, say: Say) -> float:
+def _end_field(entry: ChannelMap, words: str, value: float, unit: str, notify: Notify) -> float:
     """Draw the field for the lens value at an end of a channel; return the changed value."""
     sent_value = entry.low if words == "first end" else entry.high
     widgets.label(words, f"{_ENDS_TIP} The control sends {sent_value:.3g} here.")
     if entry.ring is Ring.FOCUS:
         value_text = format_distance(value, unit)
-        return widgets.text_field(f"{words} of focus", value_text, value, parse_distance_m, say)
+        return widgets.text_field(f"{words} of focus", value_text, value, parse_distance_m, notify)
     parse = partial(widgets.parse_number, low=0.5, high=2000.0, quantity=entry.ring.words)
-    return widgets.text_field(f"{words} of {entry.ring.words}", f"{value:.4g}", value, parse, say)
+    return widgets.text_field(
+        f"{words} of {entry.ring.words}", f"{value:.4g}", value, parse, notify
+    )

@@ -51,11 +51,11 @@ def scene_panel(control: TimeControl) -> None:
             scenes.frame_selected()
         imgui.same_line()
         if widgets.button("Focus on it", "focus on object") and scenes.selected is not None:
-            with report_errors(control.say):
+            with report_errors(control.notify):
                 scenes.focus_on(scenes.selected)
         imgui.same_line()
         if widgets.button("Mark it", "mark object") and scenes.selected is not None:
-            with report_errors(control.say):
+            with report_errors(control.notify):
                 scenes.set_mark(scenes.selected)
     imgui.text_disabled(f"{scene.triangle_count:,} triangles, {len(scene.instances)} instances")
 

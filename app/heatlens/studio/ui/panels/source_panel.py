@@ -38,7 +38,7 @@ _NEIGHBOURS_TIP = (
     "the headers have the camera."
 )
 _UNITS = {1.0: "m", 1e-2: "cm", 1e-3: "mm", 1e3: "km", FOOT_M: "ft", INCH_M: "in"}
-Say = Callable[[str], None]
+Notify = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class PlateFacts:
 
 
 def plate_panel(
-    options: PlateOptions, facts: PlateFacts, say: Say, ask_behind: Callable[[], None]
+    options: PlateOptions, facts: PlateFacts, notify: Notify, ask_behind: Callable[[], None]
 ) -> PlateOptions:
     """Draw the panel; return the options for reading the plate, as the user left them.
 
@@ -67,7 +67,7 @@ def plate_panel(
     is_behind_problem = replace(options, behind=facts.read_options.behind) == facts.read_options
     depth_rows(facts)
     imgui.separator_text("Read as")
-    options = _reading_rows(options, facts, say)
+    options = _reading_rows(options, facts, notify)
     if not is_behind_problem:
         texts.colored_text(facts.problem, theme.colors.bad)
     if widgets.button("Guess again", "Guess again", width=-1):
@@ -183,7 +183,7 @@ def _pixel_share_words(count: int, plate: Plate) -> str:
 # How to read it
 
 
-def _reading_rows(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions:
+def _reading_rows(options: PlateOptions, facts: PlateFacts, notify: Notify) -> PlateOptions:
     """Draw the controls of depth, color and eye; return the options as the user left them."""
     plate = facts.plate
     names = depth_channels_first(plate.aovs)
@@ -196,9 +196,9 @@ def _reading_rows(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOp
         texts.colored_text(window_words(plate.depth.question), theme.colors.message)
         rects.note("question about the convention")
     options = replace(options, depth_channel=channel, depth_convention=convention)
-    options = _end_rows(options, facts.unit, say)
+    options = _end_rows(options, facts.unit, notify)
     options = _kind_row(options, facts)
-    options = _unit_rows(options, say)
+    options = _unit_rows(options, notify)
     for doubt in facts.doubts:
         if doubt.about != "lens":
             texts.colored_text(window_words(doubt.sentence), theme.colors.bad)
@@ -229,20 +229,20 @@ def _highlights_row(options: PlateOptions) -> PlateOptions:
     return replace(options, lift_highlights_stops=widgets.pick("highlights", stops, words, tip))
 
 
-def _end_rows(options: PlateOptions, unit: str, say: Say) -> PlateOptions:
+def _end_rows(options: PlateOptions, unit: str, notify: Notify) -> PlateOptions:
     """Draw the distances that depth 0 and 1 stand for, if the convention needs them."""
     with widgets.disabled(not options.depth_convention.facts.takes_ends):
-        near = _distance_field("near", options.near_m, unit, say)
-        far = _distance_field("far", options.far_m, unit, say)
+        near = _distance_field("near", options.near_m, unit, notify)
+        far = _distance_field("far", options.far_m, unit, notify)
     return replace(options, near_m=near, far_m=far)
 
 
-def _distance_field(name: str, value: float | None, unit: str, say: Say) -> float | None:
+def _distance_field(name: str, value: float | None, unit: str, notify: Notify) -> float | None:
     """Draw the field of an optional distance; return the changed value in m."""
     tip = "The distance at this end of the range 0 to 1: 0.5, 30cm, 6'3\"; empty: unknown."
     widgets.label(name, tip)
     value_text = "" if value is None else format_distance(value, unit)
-    return widgets.text_field(name, value_text, value, widgets.optional(_parse_end_m), say)
+    return widgets.text_field(name, value_text, value, widgets.optional(_parse_end_m), notify)
 
 
 def _parse_end_m(text: str) -> float:
@@ -277,7 +277,7 @@ def _kind_row(options: PlateOptions, facts: PlateFacts) -> PlateOptions:
     return replace(options, depth_kind=kind)
 
 
-def _unit_rows(options: PlateOptions, say: Say) -> PlateOptions:
+def _unit_rows(options: PlateOptions, notify: Notify) -> PlateOptions:
     """Draw the choice of the scene unit, by name or in meters."""
     with widgets.disabled(not options.depth_convention.facts.has_unit):
         old_m = options.scene_unit_m
@@ -286,7 +286,7 @@ def _unit_rows(options: PlateOptions, say: Say) -> PlateOptions:
         unit_m = old_m if picked_m == known_m else picked_m
         widgets.label("in metres", "Metres in one unit of the depth.")
         parse = partial(widgets.parse_number, low=1e-6, high=1e6, quantity="scene unit")
-        unit_m = widgets.text_field("in metres", f"{unit_m:.6g}", unit_m, parse, say)
+        unit_m = widgets.text_field("in metres", f"{unit_m:.6g}", unit_m, parse, notify)
     return replace(options, scene_unit_m=unit_m)
 
 

@@ -69,7 +69,7 @@ _TIPS = {
 
 
 def matte_rows(
-    options: PlateOptions, say: Callable[[str], None], pick_matte: Callable[[str], None]
+    options: PlateOptions, notify: Callable[[str], None], pick_matte: Callable[[str], None]
 ) -> PlateOptions:
     """Draw the fold of what a matte keeps sharp or blurs; return the options as the user left them.
 
@@ -84,7 +84,9 @@ def matte_rows(
         words, text = words_by_field[field], getattr(options, field)
         widgets.label(words, tip)
         imgui.set_next_item_width(-button_px)
-        typed_matte = widgets.text_field(words, text or "", text, widgets.optional(str.strip), say)
+        typed_matte = widgets.text_field(
+            words, text or "", text, widgets.optional(str.strip), notify
+        )
         imgui.same_line()
         if widgets.button(f"pick##{words}", f"pick {words}", _PICK_TIP):
             pick_matte(field)

@@ -154,7 +154,7 @@ def _drag_tip(
     """Change a key so that the tip of its handle is at a frame and a level of the axis."""
     curve = control.editing.shot.curves.of(axis.parameter)
     new_key = handle.with_tip_at(frame, axis.to_scale(level, curve.scale), curve.scale)
-    with report_errors(control.say):
+    with report_errors(control.notify):
         control.editing.edit(
             check_shot(control.editing.shot.with_curve(axis.parameter, curve.with_key(new_key)))
         )

@@ -116,7 +116,7 @@ def _draw_limits(control: TimeControl) -> None:
 
 def _megabytes_field(name: str, value: int, hint: str, control: TimeControl) -> int:
     value_text = f"{value} MB" if value else ""
-    return widgets.text_field(name, value_text, value, _parse_megabytes, control.say, hint)
+    return widgets.text_field(name, value_text, value, _parse_megabytes, control.notify, hint)
 
 
 def _parse_megabytes(text: str) -> int:

@@ -134,7 +134,7 @@ def _draw_shape(shape: str, center: ImVec2, reach: float) -> None:
 def _frame_field(control: TimeControl) -> None:
     """Draw the field of the frame at the playhead; go to a typed frame."""
     frame = control.editing.frame
-    new_frame = widgets.text_field("frame", str(frame), frame, _parse_frame, control.say)
+    new_frame = widgets.text_field("frame", str(frame), frame, _parse_frame, control.notify)
     if new_frame != frame:
         control.timeline.go_to(new_frame)
 
@@ -143,7 +143,7 @@ def _timecode_field(control: TimeControl) -> None:
     """Draw the timecode of the frame; typing one sets the timecode of the first frame."""
     timecode, parse = control.timeline.timecode, control.timeline.start_timecode
     new_timecode = widgets.text_field(
-        "timecode", timecode, timecode, parse, control.say, "timecode"
+        "timecode", timecode, timecode, parse, control.notify, "timecode"
     )
     texts.tooltip(_TIMECODE_TIP)
     if new_timecode != timecode:
@@ -154,7 +154,7 @@ def _rate_field(control: TimeControl) -> None:
     """Draw the field of the frames per second."""
     rate = control.editing.shot.frames_per_second
     rate_text = f"{rate:.5g} fps"
-    new_rate = widgets.text_field("frames per second", rate_text, rate, _parse_rate, control.say)
+    new_rate = widgets.text_field("frames per second", rate_text, rate, _parse_rate, control.notify)
     if new_rate != rate:
         control.editing.edit(replace(control.editing.shot, frames_per_second=new_rate))
 
