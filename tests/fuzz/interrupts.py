@@ -321,9 +321,9 @@ def _interrupt_repeatedly(
     return faulty
 
 
-def _spread(what: str, seconds: Iterable[float]) -> str:
+def _spread(label: str, seconds: Iterable[float]) -> str:
     ordered = sorted(seconds)
-    return f"{what} median {median(ordered):.2f} s, slowest {ordered[-1]:.2f} s"
+    return f"{label} median {median(ordered):.2f} s, slowest {ordered[-1]:.2f} s"
 
 
 if __name__ == "__main__":

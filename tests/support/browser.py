@@ -133,10 +133,10 @@ class Browser:
         self.until(stands, "a picture that stands")
         return pictures[-1]
 
-    def until(self, condition: Callable[[], object], what: str) -> None:
+    def until(self, condition: Callable[[], object], label: str) -> None:
         end = time.monotonic() + PATIENCE_S
         while not condition():
-            assert time.monotonic() < end, f"{what} never came; {self.complaints()}"
+            assert time.monotonic() < end, f"{label} never came; {self.complaints()}"
             time.sleep(0.02)
 
     def complaints(self) -> list[str]:

@@ -60,11 +60,11 @@ def begin_session(preferences: Path, source: str = "") -> Session:
     return session
 
 
-def run_until(session: Session, condition: Callable[[], bool], what: str) -> None:
+def run_until(session: Session, condition: Callable[[], bool], label: str) -> None:
     """Run the session's loop until `condition` is true; fail after 60 s."""
     end, message = time.monotonic() + 60.0, ""
     while not condition():
-        assert time.monotonic() < end, f"{what} never came. {message}"
+        assert time.monotonic() < end, f"{label} never came. {message}"
         run_loop_once(session)
         message = session.messages.text or message
         time.sleep(0.001)

@@ -90,12 +90,12 @@ class Gui:
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         assert self.ctx.error == ""
 
-    def until(self, condition, what: str, seconds: float = 20.0) -> None:
+    def until(self, condition, label: str, seconds: float = 20.0) -> None:
         """Draw frames until `condition()` is true; fail after `seconds`, a generous limit."""
         end, message = time.monotonic() + seconds, ""
         while not condition():
             message = self.session.messages.text or message
-            assert time.monotonic() < end, f"{what} never came. {message}"
+            assert time.monotonic() < end, f"{label} never came. {message}"
             self.frame()
             for _ in range(8):  # the window works on without a frame while nothing is new
                 self.session.work()

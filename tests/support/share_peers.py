@@ -87,12 +87,12 @@ async def connected_peer(
 
 
 async def wait_for_condition(
-    condition: Callable[[], object], what: str, turn: Callable[[], None] = lambda: None
+    condition: Callable[[], object], label: str, turn: Callable[[], None] = lambda: None
 ):
     """Wait until `condition()` is true; call `turn` again and again meanwhile."""
     end = asyncio.get_running_loop().time() + PATIENCE_S
     while not condition():
-        assert asyncio.get_running_loop().time() < end, f"{what} never came"
+        assert asyncio.get_running_loop().time() < end, f"{label} never came"
         turn()
         await asyncio.sleep(0.002)
 

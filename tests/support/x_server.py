@@ -102,10 +102,10 @@ class Window:
         self.id = self.screen.hand("search", "--name", self._title).partition("\n")[0]
         return bool(self.id)
 
-    def until(self, condition: Callable[[], bool], what: str) -> None:
+    def until(self, condition: Callable[[], bool], label: str) -> None:
         end = time.monotonic() + WAIT_S
         while not condition():
-            assert time.monotonic() < end, f"{what} never came"
+            assert time.monotonic() < end, f"{label} never came"
             time.sleep(0.05)
 
     def changes(self, *words: object) -> None:

@@ -158,17 +158,17 @@ def _read_source(
     elif options.depth_source is not None:
         values, header, size_notes = _resize_to_color(path, values, header, target)
     _check_same_display(path, ref.full_name, header, target)
-    what = f"{path}: depth channel {ref.full_name!r}"
+    label = f"{path}: depth channel {ref.full_name!r}"
     if facts is not None:
-        what = f"{path}: the depth"
-    kind, kind_notes = _likely_kind(ref, what, options)
+        label = f"{path}: the depth"
+    kind, kind_notes = _likely_kind(ref, label, options)
     origin = DepthOrigin(writing_program(headers), kind, facts)
     # A depth computed from positions is a planar distance already.
     if source.why:
         options = replace(
             options, depth_convention=DepthConvention.DISTANCE, depth_kind=DepthKind.PLANAR
         )
-    result = read_depth(values, what, ref.full_name, options, origin)
+    result = read_depth(values, label, ref.full_name, options, origin)
     if source.why:
         result = replace(result, report=replace(result.report, why=source.why))
     result = replace(result, notes=(*size_notes, *result.notes, *kind_notes))
@@ -213,7 +213,7 @@ def _resize_to_color(
 
 
 def _likely_kind(
-    ref: ChannelRef, what: str, options: PlateOptions
+    ref: ChannelRef, label: str, options: PlateOptions
 ) -> tuple[DepthKind, tuple[str, ...]]:
     """Return the kind of depth that the channel's name suggests, with a note if it is radial.
 
@@ -222,7 +222,7 @@ def _likely_kind(
     if ref.leaf.lower() != _MITSUBA_RAY_LEAF or options.depth_kind is not DepthKind.AUTO:
         return DepthKind.PLANAR, ()
     note = (
-        f"{what} is named as Mitsuba names distances along the ray: taken as radial; "
+        f"{label} is named as Mitsuba names distances along the ray: taken as radial; "
         "--depth-kind planar overrules it."
     )
     return DepthKind.RADIAL, (note,)

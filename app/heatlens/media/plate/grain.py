@@ -70,14 +70,14 @@ def _split_into_blocks(values: NDArray[np.float64], rows: int, columns: int) -> 
     return cropped.swapaxes(1, 2).reshape(-1, _BLOCK * _BLOCK)
 
 
-def noise_note(noise: float, what: str, cure: str = "") -> tuple[str, ...]:
+def noise_note(noise: float, label: str, cure: str = "") -> tuple[str, ...]:
     """Return a note if the noise of a picture is too much; `cure` ends the advice."""
     if noise < NOISE_DOUBTFUL:
         return ()
     return (
         (
-            f"{what} is noisy: its flat parts vary by {100 * noise:.0f} % from pixel to pixel, and "
-            "each bright grain becomes a small disc out of focus. Denoise it or render more "
+            f"{label} is noisy: its flat parts vary by {100 * noise:.0f} % from pixel to pixel, "
+            "and each bright grain becomes a small disc out of focus. Denoise it or render more "
             f"samples{cure}."
         ),
     )
@@ -109,11 +109,11 @@ def despike(color: FloatImage, depth: FloatImage) -> int:
     return int(rows.size)
 
 
-def despike_with_note(color: FloatImage, depth: FloatImage, what: str) -> tuple[str, ...]:
+def despike_with_note(color: FloatImage, depth: FloatImage, label: str) -> tuple[str, ...]:
     """Despike the picture, and return a sentence with the number of changed pixels."""
     count = despike(color, depth)
     words = f"{count} of {depth.size} pixels were far brighter than their neighbours"
-    return (f"{what}: {words} and were replaced by their median (--despike).",)
+    return (f"{label}: {words} and were replaced by their median (--despike).",)
 
 
 def _neighbours(values: FloatImage) -> Iterator[FloatImage]:

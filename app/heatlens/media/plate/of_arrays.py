@@ -55,12 +55,12 @@ def plate_of_arrays(
     )
 
 
-def _convert_to_array(what: str, values: ArrayLike | None) -> NDArray[np.generic]:
+def _convert_to_array(label: str, values: ArrayLike | None) -> NDArray[np.generic]:
     """Return the values as an array, without copying an array."""
     try:
         return np.asanyarray(values)
     except Exception as error:  # other libraries convert their own arrays, and may raise anything
-        raise InputError(f"{what} cannot be read as numbers: {error}.") from error
+        raise InputError(f"{label} cannot be read as numbers: {error}.") from error
 
 
 def _check_colors(colors: NDArray[np.generic]) -> None:
@@ -76,12 +76,12 @@ def _check_colors(colors: NDArray[np.generic]) -> None:
         raise InputError(f"The colours must have shape (H, W, 3) or (H, W, 4), got {colors.shape}.")
 
 
-def _check_numbers(what: str, values: NDArray[np.generic], kinds: str) -> None:
+def _check_numbers(label: str, values: NDArray[np.generic], kinds: str) -> None:
     """Raise InputError unless the dtype's kind is among `kinds`, NumPy's kind codes."""
     if values.dtype.kind == "c":
-        raise InputError(f"{what} cannot be complex numbers ({values.dtype}): give real ones.")
+        raise InputError(f"{label} cannot be complex numbers ({values.dtype}): give real ones.")
     if values.dtype.kind not in kinds:
-        raise InputError(f"{what} cannot be read as numbers: the dtype is {values.dtype}.")
+        raise InputError(f"{label} cannot be read as numbers: the dtype is {values.dtype}.")
 
 
 def _convert_to_rgba(colors: NDArray[np.generic]) -> FloatImage:
@@ -95,11 +95,11 @@ def _convert_to_rgba(colors: NDArray[np.generic]) -> FloatImage:
     return np.concatenate([pixels, alpha], axis=2)
 
 
-def _convert_to_float32(what: str, values: NDArray[np.generic]) -> FloatImage:
+def _convert_to_float32(label: str, values: NDArray[np.generic]) -> FloatImage:
     """Return the values as float32. Raises InputError if some of them are masked."""
     if np.ma.is_masked(values):
         raise InputError(
-            f"{what} cannot have masked values: fill them first, for example with filled(0) for "
+            f"{label} cannot have masked values: fill them first, for example with filled(0) for "
             "colours and filled(numpy.inf) for depths."
         )
     with np.errstate(over="ignore"):  # values beyond float32 become infinite

@@ -216,9 +216,9 @@ def read_color(
     for index, ref in enumerate(choice.rgb):
         color[:, :, index] = pixels_of(parts, ref)
     color[:, :, 3] = 1.0 if choice.alpha is None else pixels_of(parts, choice.alpha)
-    what = f"{path}: colour layer {choice.layer or 'RGB'!r}"
-    count = repair_color(color, what)
-    clamp_notes = bound_color(color, what)
+    label = f"{path}: colour layer {choice.layer or 'RGB'!r}"
+    count = repair_color(color, label)
+    clamp_notes = bound_color(color, label)
     if not count:
         return color, clamp_notes
     return color, (

@@ -24,7 +24,7 @@ _UP = np.array([0.0, 1.0, 0.0])  # normal of a triangle without area, which is i
 
 
 def make_mesh(
-    what: str,
+    label: str,
     positions_m: Floats,
     triangles: Triangles,
     normals: Floats | None = None,
@@ -35,9 +35,9 @@ def make_mesh(
     """Make a mesh of (V, 3) positions and (T, 3) indices, flat-shaded if there are no normals.
 
     Colors (V, 3) or (V, 4) are linear and are clipped to 0..1. Raises InputError, beginning with
-    `what`, for positions that are not finite and indices without a position.
+    `label`, for positions that are not finite and indices without a position.
     """
-    _check_geometry(what, positions_m, triangles)
+    _check_geometry(label, positions_m, triangles)
     uvs = np.zeros((len(positions_m), 2), np.float32) if uvs is None else _clip_uvs(uvs)
     colors = None if colors is None else _clip_colors(colors)
     if normals is None:
@@ -83,15 +83,15 @@ def smooth_normals(positions: Floats, triangles: Triangles) -> Floats:
     return _normalize_or(sums, _UP)
 
 
-def _check_geometry(what: str, positions: Floats, triangles: Triangles) -> None:
+def _check_geometry(label: str, positions: Floats, triangles: Triangles) -> None:
     """Raise InputError for positions that are not finite and indices without a position."""
     if not (np.abs(positions) <= _FAR_MOST_M).all():
         raise InputError(
-            f"{what}: a vertex is at NaN or beyond {_FAR_MOST_M:g} m, where nothing can be drawn."
+            f"{label}: a vertex is at NaN or beyond {_FAR_MOST_M:g} m, where nothing can be drawn."
         )
     if triangles.size and int(triangles.max()) >= len(positions):
         raise InputError(
-            f"{what}: a triangle refers to vertex {int(triangles.max())} of {len(positions)}; the "
+            f"{label}: a triangle refers to vertex {int(triangles.max())} of {len(positions)}; the "
             "file is damaged."
         )
 

@@ -85,8 +85,8 @@ class _MeshReader:
             normals = None if normals is None else normals[corner_index]
         self.names.append(name)
         self.materials.append(material)
-        what, number = f"{self.path}: {name}", len(self.meshes)
-        self.meshes.append(make_mesh(what, positions_m, triangles, normals, uvs, number, colors))
+        label, number = f"{self.path}: {name}", len(self.meshes)
+        self.meshes.append(make_mesh(label, positions_m, triangles, normals, uvs, number, colors))
 
     def _convert_strips(self, geometry: Any) -> object:
         """Return a geometry with its triangle strips converted to triangles, if it has any."""
@@ -126,14 +126,14 @@ class _MeshReader:
             self.notes[f"There are very many points: {POINTS_MOST:,} are drawn, but larger."] = None
         solid_colors = None if colors is None else colors[is_valid][solids.point]
         material = Material() if solid_colors is None else Material(base_color=(1.0, 1.0, 1.0))
-        what, number = f"{self.path}: {name}", len(self.meshes)
+        label, number = f"{self.path}: {name}", len(self.meshes)
         solid_positions = _convert_to_floats(solids.positions)
         solid_normals = _convert_to_floats(solids.normals)
         self.names.append(name)
         self.materials.append(material)
         self.meshes.append(
             make_mesh(
-                what,
+                label,
                 solid_positions,
                 solids.triangles,
                 solid_normals,
@@ -144,7 +144,7 @@ class _MeshReader:
         )
 
     def _check_rows(
-        self, what: str, values: object, width: int, count: int | None = None
+        self, label: str, values: object, width: int, count: int | None = None
     ) -> NDArray[np.generic]:
         """Return rows of the file as (N, `width`); raise InputError for short or missing rows.
 
@@ -158,7 +158,7 @@ class _MeshReader:
             number = "" if count is None else f"{count} "
             shape = " x ".join(map(str, rows.shape))
             raise InputError(
-                f"{self.path} is damaged: there should be {number}{what} of {width} numbers each, "
+                f"{self.path} is damaged: there should be {number}{label} of {width} numbers each, "
                 f"not {shape}. Export it again."
             )
         return rows
@@ -207,8 +207,8 @@ class _MeshReader:
         if name is None:
             return None
         if name not in self._pictures:
-            data, what = self.folder.get(name), f"{self.path}: {name}"
-            self.images.append(read_picture(data, what, self.images))
+            data, label = self.folder.get(name), f"{self.path}: {name}"
+            self.images.append(read_picture(data, label, self.images))
             self._pictures[name] = len(self.images) - 1
         return self._pictures[name]
 

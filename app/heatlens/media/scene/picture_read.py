@@ -18,9 +18,9 @@ _TOGETHER_MOST = 1 << 29
 
 
 def read_picture(
-    data: bytes, what: str, earlier_pictures: Sequence[NDArray[np.uint8]] = ()
+    data: bytes, label: str, earlier_pictures: Sequence[NDArray[np.uint8]] = ()
 ) -> NDArray[np.uint8]:
-    """Read a picture as (H, W, 4) with row 0 on top; `what` names it in errors.
+    """Read a picture as (H, W, 4) with row 0 on top; `label` names it in errors.
 
     Raises InputError if the picture is damaged, has an unknown format or is too large, alone or
     together with `earlier_pictures`, which were read for the same scene.
@@ -29,17 +29,17 @@ def read_picture(
     try:
         with warnings.catch_warnings(), open_embedded_picture(data) as image:
             warnings.simplefilter("ignore")  # warnings about odd but readable headers
-            _check_size(image, what)
+            _check_size(image, label)
             if earlier_pixels + image.width * image.height > _TOGETHER_MOST:
                 raise InputError(
-                    f"{what}: all pictures of a scene may have {_TOGETHER_MOST:,} pixels together, "
-                    "and with this one they have more. Make them smaller."
+                    f"{label}: all pictures of a scene may have {_TOGETHER_MOST:,} pixels "
+                    "together, and with this one they have more. Make them smaller."
                 )
             return pixels_of_image(image)
     except UnidentifiedImageError:
-        raise InputError(f"{what}: this is not a picture in PNG, JPEG or WebP.") from None
+        raise InputError(f"{label}: this is not a picture in PNG, JPEG or WebP.") from None
     except (OSError, ValueError, SyntaxError, ArithmeticError, Image.DecompressionBombError) as e:
-        raise InputError(f"{what}: the picture is damaged or cut short ({e}).") from e
+        raise InputError(f"{label}: the picture is damaged or cut short ({e}).") from e
 
 
 def pixels_of_image(image: Image.Image) -> NDArray[np.uint8]:
@@ -50,11 +50,11 @@ def pixels_of_image(image: Image.Image) -> NDArray[np.uint8]:
     return np.array(image.convert("RGBA"))
 
 
-def _check_size(image: Image.Image, what: str) -> None:
+def _check_size(image: Image.Image, label: str) -> None:
     """Raise InputError for an empty picture, or one that is too large for a surface."""
     width, height = image.size
     if max(width, height) > _SIDE_MOST_PX or width * height > _PIXELS_MOST or not width * height:
         raise InputError(
-            f"{what}: a picture of {width} x {height} pixels is too large for a surface; "
+            f"{label}: a picture of {width} x {height} pixels is too large for a surface; "
             f"{_SIDE_MOST_PX} a side and {_PIXELS_MOST:,} in all are the most."
         )

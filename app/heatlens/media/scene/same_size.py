@@ -173,9 +173,9 @@ class KeptSize:
         `forward_m` holds how far the camera moves forward, by frame.
         """
         focus_m = {frame: self.shot.lens_at(frame).focus_distance_m for frame in forward_m}
-        what = "what is in focus"
+        label = "what is in focus"
         remaining_m = {
-            int(frame): _remaining_m(far_m, forward_m[frame], what)
+            int(frame): _remaining_m(far_m, forward_m[frame], label)
             for frame, far_m in focus_m.items()
         }
         followed_shot = focus_on_distances(shot, remaining_m)
@@ -185,14 +185,14 @@ class KeptSize:
         return replace(shot, lens=replace(shot.lens, focus_distance_m=values.pop()))  # it stands
 
 
-def _remaining_m(distance_m: float, step_m: float, what: str) -> float:
+def _remaining_m(distance_m: float, step_m: float, label: str) -> float:
     """Return a distance after the camera moved forward by `step_m`.
 
     Raises InputError if it is not above 0.
     """
     if distance_m - step_m <= 0:
         raise InputError(
-            f"The camera would go {format_distance(step_m)} forward, past {what} at "
+            f"The camera would go {format_distance(step_m)} forward, past {label} at "
             f"{format_distance(distance_m)}."
         )
     return distance_m - step_m
@@ -210,11 +210,11 @@ def _bring_focus_nearer(shot: Shot, step_m: float, focus_m: float) -> Shot:
 
     `focus_m` is the focus distance of a shot without keys of the focus.
     """
-    what, curve = "what is in focus", shot.curves.focus_distance_m
-    keys = tuple(replace(key, value=_remaining_m(key.value, step_m, what)) for key in curve.keys)
+    label, curve = "what is in focus", shot.curves.focus_distance_m
+    keys = tuple(replace(key, value=_remaining_m(key.value, step_m, label)) for key in curve.keys)
     shot = shot.with_curve(LensParameter.FOCUS_DISTANCE, replace(curve, keys=keys))
     if not keys:
-        remaining_m = _remaining_m(focus_m, step_m, what)
+        remaining_m = _remaining_m(focus_m, step_m, label)
         shot = replace(shot, lens=replace(shot.lens, focus_distance_m=remaining_m))
     # Raises LensError for a key that is not possible.
     for frame in shot.key_frames:

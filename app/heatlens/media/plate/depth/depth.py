@@ -57,19 +57,19 @@ class _ConvertedDepth:
 
 def read_depth(
     values: FloatImage,
-    what: str,
+    label: str,
     channel: str,
     options: PlateOptions,
     origin: DepthOrigin | None = None,
 ) -> DepthResult:
-    """Convert raw `values` (H, W) to depth in meters; `what` begins each sentence about them.
+    """Convert raw `values` (H, W) to depth in meters; `label` begins each sentence about them.
 
     `origin` holds what is known about the values besides the name of the channel. Raises InputError
     if the channel is empty, ambiguous or no depth at all; with `options.strict`, also if only the
     user can decide on its convention.
     """
     origin = origin or DepthOrigin()
-    raw = measure_raw_depth(values, what, channel, origin)
+    raw = measure_raw_depth(values, label, channel, origin)
     guess = guess_convention(raw, options)
     if guess.question and options.strict:
         raise InputError(guess.question)
@@ -82,8 +82,8 @@ def read_depth(
     depth[converted.infinite] = np.inf
     is_coc = convention.facts.is_coc
     bad = converted.bad if is_coc else converted.bad | (depth < DEPTH_LEAST_M)
-    repaired_count = repair_depth(depth, bad, what)
-    clamp_notes = bound_coc(depth, what) if is_coc else ()
+    repaired_count = repair_depth(depth, bad, label)
+    clamp_notes = bound_coc(depth, label) if is_coc else ()
     kind = origin.kind if options.depth_kind is DepthKind.AUTO else options.depth_kind
     kind = DepthKind.PLANAR if is_coc else kind
     infinite_count = int(np.count_nonzero(np.isinf(depth)))  # the repair may have copied some
@@ -163,8 +163,8 @@ def _mask_unmeasured(raw: RawDepth) -> tuple[_Mask | None, tuple[str, ...]]:
     if not 0 < sum(counts) <= raw.values.size / 2:
         return None, ()
     note = (
-        f"{raw.what} is 0 in {counts[0]} and {white:g} in {counts[1]} of {raw.values.size} pixels, "
-        "by which depth cameras mean not measured.",
+        f"{raw.label} is 0 in {counts[0]} and {white:g} in {counts[1]} of {raw.values.size} "
+        "pixels, by which depth cameras mean not measured.",
     )
     return is_zero | is_full, note
 
@@ -180,11 +180,11 @@ def _mask_nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
         return raw.infinite, ()
     if raw.zero_count:
         return raw.values == 0, (
-            f"{raw.what} is 0 in {raw.zero_count} pixels: taken as infinitely far. {_IF_INVERSE}",
+            f"{raw.label} is 0 in {raw.zero_count} pixels: taken as infinitely far. {_IF_INVERSE}",
         )
     if raw.nan_count > NAN_SKY_FRACTION * raw.values.size:
         return np.isnan(raw.values), (
-            f"{raw.what} is NaN in {raw.nan_count} of {raw.values.size} pixels: taken as "
+            f"{raw.label} is NaN in {raw.nan_count} of {raw.values.size} pixels: taken as "
             "infinitely far.",
         )
     return raw.infinite, ()
@@ -211,7 +211,7 @@ def _from_normalized(raw: RawDepth, is_inverted: bool, options: PlateOptions) ->
     below_count = int(np.count_nonzero(fraction < 0)) if (raw.low < 0 or raw.high > 1) else 0
     depth = np.float32(near) + np.maximum(fraction, 0) * np.float32(far - near)
     notes = (
-        (f"{raw.what} is nearer than --near in {below_count} pixels: set to --near.",)
+        (f"{raw.label} is nearer than --near in {below_count} pixels: set to --near.",)
         if below_count
         else ()
     )
@@ -231,7 +231,7 @@ def _from_disparity(raw: RawDepth, is_inverted: bool, options: PlateOptions) -> 
         values = (values - np.float32(raw.low)) / np.float32(max(raw.high - raw.low, 1e-30))
         ends = "--near and --far" if is_inverted else "--far and --near"
         notes = (
-            f"{raw.what} runs from {raw.low:g} to {raw.high:g}: these are read as {ends}, "
+            f"{raw.label} runs from {raw.low:g} to {raw.high:g}: these are read as {ends}, "
             "separately in every frame.",
         )
     values = 1 - values if is_inverted else values
@@ -254,12 +254,14 @@ def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
     wrong_count = min(positive, raw.negative_count)
     if wrong_count > MAX_WRONG_SIGN_FRACTION * (positive + raw.negative_count):
         raise InputError(
-            f"{raw.what} has {raw.negative_count} negative and {positive} positive values, so it "
+            f"{raw.label} has {raw.negative_count} negative and {positive} positive values, so it "
             "is not a depth. Name the depth with --depth-channel or, if these are diameters of "
             "the circle of confusion in pixels, say --depth-convention coc."
         )
     if raw.negative_count > positive:
-        return -1.0, (f"{raw.what} is negative, like coordinates along -z: its sign was reversed.",)
+        return -1.0, (
+            f"{raw.label} is negative, like coordinates along -z: its sign was reversed.",
+        )
     return 1.0, ()
 
 
@@ -269,17 +271,19 @@ def _depth_notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str,
     if guess.question:
         notes.append(f"{guess.question} Taken as {guess.convention} for now. {guess.why}")
     elif not guess.certain:
-        notes.append(f"{raw.what} is read as {guess.convention}. {guess.why}")
+        notes.append(f"{raw.label} is read as {guess.convention}. {guess.why}")
     if report.repaired_count:
         notes.append(
-            f"{raw.what} holds no usable value in {report.repaired_count} of {raw.values.size} "
+            f"{raw.label} holds no usable value in {report.repaired_count} of {raw.values.size} "
             "pixels (NaN, not measured, of the wrong sign or nearer than a micrometre): they were "
             "filled from the nearest neighbour."
         )
     if raw.low == raw.high and not 0 < report.infinite_count < raw.values.size:
-        notes.append(f"{raw.what} is {raw.low:g} everywhere: the blur will be the same everywhere.")
+        notes.append(
+            f"{raw.label} is {raw.low:g} everywhere: the blur will be the same everywhere."
+        )
     elif report.infinite_count == raw.values.size:
-        notes.append(f"{raw.what} is infinite everywhere: nothing was hit in this frame.")
+        notes.append(f"{raw.label} is infinite everywhere: nothing was hit in this frame.")
     return tuple(notes)
 
 
@@ -291,7 +295,7 @@ def require_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
     near, far = options.near_m, options.far_m
     if near is None or far is None:
         raise InputError(
-            f"{raw.what} is read as normalised: give the distances of its two ends in metres with "
+            f"{raw.label} is read as normalised: give the distances of its two ends in metres with "
             "--near and --far."
         )
     is_disparity = options.depth_convention.facts.is_disparity
@@ -321,7 +325,7 @@ def settle_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[Pla
     if options.near_m is None and far <= near:
         near = far / 10
     ends_question = (
-        f"{raw.what} is not in metres: how far away are its nearest and its farthest point? Give "
+        f"{raw.label} is not in metres: how far away are its nearest and its farthest point? Give "
         "--near and --far."
     )
     if options.strict:

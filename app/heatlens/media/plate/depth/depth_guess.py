@@ -55,7 +55,7 @@ def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
     given_ends = [name for name, value in ends.items() if value is not None]
     if guess.convention is DepthConvention.DISTANCE and len(given_ends) == 1:
         raise InputError(
-            f"{raw.what} is read as distances, but {given_ends[0]} is for a normalized depth: "
+            f"{raw.label} is read as distances, but {given_ends[0]} is for a normalized depth: "
             f"leave {given_ends[0]} out, or give --depth-convention."
         )
     return guess
@@ -129,7 +129,7 @@ def _guess_distance_but_ask(raw: RawDepth, why: str) -> Guess:
     Networks write disparity in a scale of their own.
     """
     question = (
-        f"{raw.what} runs from {raw.low:g} to {raw.high:g}, and its flat surfaces vary as "
+        f"{raw.label} runs from {raw.low:g} to {raw.high:g}, and its flat surfaces vary as "
         "disparity does: are these distances? Give --depth-convention distance, or "
         "--depth-convention disparity with --near and --far."
     )
@@ -166,7 +166,7 @@ def _is_dense_near_zero(raw: RawDepth) -> bool:
 def _guess_and_ask(raw: RawDepth, likelier_convention: DepthConvention, why: str) -> Guess:
     """Guess the likelier of distance and 1/z, and ask the user which of the two is right."""
     question = (
-        f"{raw.what} runs from {raw.low:g} to {raw.high:g}: are these distances, or 1/z? Give "
+        f"{raw.label} runs from {raw.low:g} to {raw.high:g}: are these distances, or 1/z? Give "
         "--depth-convention distance or --depth-convention inverse."
     )
     return Guess(likelier_convention, why, certain=False, question=question)
@@ -220,7 +220,7 @@ def _guess_within_one(raw: RawDepth) -> Guess:
             certain=False,
         )
     raise InputError(
-        f"{raw.what} holds only values from {span}, which may be a normalised depth, distances or "
+        f"{raw.label} holds only values from {span}, which may be a normalised depth, distances or "
         "1/z. Say which: --depth-convention normalized or normalized-inverted (1 near) with --near "
         "and --far in metres, or --depth-convention distance or inverse."
     )
@@ -268,7 +268,7 @@ def guess_picture_convention(raw: RawDepth, facts: PictureFacts, options: PlateO
 def _question_of_direction(raw: RawDepth) -> str:
     """Return a question to the user: which end of a disparity is near?"""
     return (
-        f"{raw.what} is disparity, but is white near in it, or black? Say --depth-convention "
+        f"{raw.label} is disparity, but is white near in it, or black? Say --depth-convention "
         "disparity, or disparity-inverted where black is near."
     )
 
@@ -276,7 +276,7 @@ def _question_of_direction(raw: RawDepth) -> str:
 def _question_of_picture(raw: RawDepth, span: str) -> str:
     """Return a question to the user: what is the convention of the depth in a picture file?"""
     return (
-        f"{raw.what} runs from {span}: is it disparity (white near, as phones, MiDaS and Depth "
+        f"{raw.label} runs from {span}: is it disparity (white near, as phones, MiDaS and Depth "
         "Anything write it), a depth of 0 to 1, or distances? Say --depth-convention disparity or "
         "disparity-inverted (black near), normalized or normalized-inverted (white near), each "
         "with --near and --far, or distance with --scene-unit."

@@ -36,7 +36,7 @@ class RawDepth:
     """A depth channel as stored, (H, W) float32, with statistics of its values."""
 
     values: FloatImage
-    what: str  # "shot.exr: depth channel 'Z'", the start of every sentence about it
+    label: str  # "shot.exr: depth channel 'Z'", the start of every sentence about it
     channel: str
     infinite: _Mask  # an infinity that distances are marked with, of either sign
     low: float  # least and greatest of the others; NaN when there are none
@@ -73,7 +73,9 @@ def scale_white_to_one(raw: RawDepth) -> RawDepth:
 
 # 1e6 and 65504 mean infinity only in floating point. In a map of integers, 65504 is a depth like
 # any other.
-def measure_raw_depth(values: FloatImage, what: str, channel: str, origin: DepthOrigin) -> RawDepth:
+def measure_raw_depth(
+    values: FloatImage, label: str, channel: str, origin: DepthOrigin
+) -> RawDepth:
     """Gather statistics of the channel. Raises InputError if every value is zero or NaN."""
     magnitude = np.abs(values)
     infinite = magnitude >= INFINITE_FROM
@@ -88,7 +90,7 @@ def measure_raw_depth(values: FloatImage, what: str, channel: str, origin: Depth
     if zero_count + nan_count == values.size:
         content = "NaN" if zero_count == 0 else "zero or NaN" if nan_count else "zero"
         raise InputError(
-            f"{what} is empty (every pixel is {content}). Was the depth pass switched on for this "
+            f"{label} is empty (every pixel is {content}). Was the depth pass switched on for this "
             "render? Choose another channel with --depth-channel."
         )
     low, high = (
@@ -99,7 +101,7 @@ def measure_raw_depth(values: FloatImage, what: str, channel: str, origin: Depth
     negative_count = int(np.count_nonzero(finite_values < 0)) if low < 0 else 0
     return RawDepth(
         values=values,
-        what=what,
+        label=label,
         channel=channel,
         infinite=infinite,
         low=low,

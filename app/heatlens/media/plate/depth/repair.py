@@ -22,17 +22,17 @@ _Mask = NDArray[np.bool_]
 _NEIGHBOUR_STEPS = ((0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
-def check_mostly_good(bad_count: int, size: int, what: str) -> None:
-    """Raise InputError when more than half of the pixels are bad; `what` names file and channel."""
+def check_mostly_good(bad_count: int, size: int, label: str) -> None:
+    """Raise InputError if more than half of the pixels are bad; `label` names file and channel."""
     if bad_count > MAX_BAD_FRACTION * size:
         raise InputError(
-            f"{what} has no usable value in {bad_count} of {size} pixels (NaN, infinite, of the "
+            f"{label} has no usable value in {bad_count} of {size} pixels (NaN, infinite, of the "
             "wrong sign or nearer than a micrometre): too many to repair. Render the frame again "
             "or choose another channel."
         )
 
 
-def repair_color(color: FloatImage, what: str) -> int:
+def repair_color(color: FloatImage, label: str) -> int:
     """Replace pixels of `color` (H, W, C) with NaN or infinity in place; return their count.
 
     Such a pixel takes the median of its good neighbors, in 3x3 or else 5x5 pixels, so that a
@@ -46,7 +46,7 @@ def repair_color(color: FloatImage, what: str) -> int:
     rows, columns = np.nonzero(bad)
     if rows.size == 0:
         return 0
-    check_mostly_good(rows.size, bad.size, what)
+    check_mostly_good(rows.size, bad.size, label)
     padded = np.pad(color, ((2, 2), (2, 2), (0, 0)), constant_values=np.nan)
     padded[2:-2, 2:-2][bad] = np.nan
     count = int(rows.size)
@@ -88,7 +88,7 @@ def _neighbour_median(
     return median
 
 
-def repair_depth(depth: FloatImage, bad: _Mask, what: str) -> int:
+def repair_depth(depth: FloatImage, bad: _Mask, label: str) -> int:
     """Replace every `bad` pixel of `depth` (H, W) by its nearest good neighbor, in place.
 
     Values are copied, never averaged, because a depth between two surfaces belongs to neither.
@@ -98,7 +98,7 @@ def repair_depth(depth: FloatImage, bad: _Mask, what: str) -> int:
     count = int(rows.size)
     if count == 0:
         return 0
-    check_mostly_good(count, bad.size, what)
+    check_mostly_good(count, bad.size, label)
     good = np.pad(~bad, 1)
     values = np.pad(depth, 1)
     rows, columns = rows + 1, columns + 1
@@ -134,29 +134,29 @@ DEPTH_LEAST_M = 1e-6
 LIGHT_MOST = 1e14
 
 
-def bound_coc(coc_px: FloatImage, what: str) -> tuple[str, ...]:
+def bound_coc(coc_px: FloatImage, label: str) -> tuple[str, ...]:
     """Clamp diameters (H, W) of the circle of confusion in place, and return notes about it.
 
-    The notes are empty if nothing had to be clamped. `what` names the file and the channel.
+    The notes are empty if nothing had to be clamped. `label` names the file and the channel.
     """
     count = int(np.count_nonzero(np.abs(coc_px) > COC_MOST_PX))
     np.clip(coc_px, -COC_MOST_PX, COC_MOST_PX, out=coc_px)
     words = f"a circle of confusion of more than {COC_MOST_PX:,.0f} px"
-    return _clamp_note(what, words, count, coc_px.size)
+    return _clamp_note(label, words, count, coc_px.size)
 
 
-def bound_color(color: FloatImage, what: str) -> tuple[str, ...]:
+def bound_color(color: FloatImage, label: str) -> tuple[str, ...]:
     """Clamp finite colors (H, W, C) in place, and return notes, as `bound_coc` does."""
     if -LIGHT_MOST <= color.min() and color.max() <= LIGHT_MOST:
         return ()
     count = int(np.count_nonzero((np.abs(color) > LIGHT_MOST).any(axis=2)))
     np.clip(color, -LIGHT_MOST, LIGHT_MOST, out=color)
     words = f"light beyond {LIGHT_MOST:g}"
-    return _clamp_note(what, words, count, color.shape[0] * color.shape[1])
+    return _clamp_note(label, words, count, color.shape[0] * color.shape[1])
 
 
-def _clamp_note(what: str, words: str, count: int, size: int) -> tuple[str, ...]:
+def _clamp_note(label: str, words: str, count: int, size: int) -> tuple[str, ...]:
     """Return a note that `count` of `size` pixels held `words` and were clamped; () if none did."""
     if not count:
         return ()
-    return (f"{what} holds {words} in {count} of {size} pixels: they were set to this limit.",)
+    return (f"{label} holds {words} in {count} of {size} pixels: they were set to this limit.",)

@@ -216,14 +216,14 @@ def _data_window_size(path: Path, header: RawHeader) -> tuple[int, int]:
     return width, height
 
 
-def check_sides(what: str, width: int, height: int) -> None:
-    """Raise InputError, beginning with `what`, for a picture that no GPU can hold, or an empty one.
+def check_sides(label: str, width: int, height: int) -> None:
+    """Raise InputError, beginning with `label`, for a picture that is empty or too large for a GPU.
 
     Width and height are in pixels.
     """
     if not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
         raise InputError(
-            f"{what} {width} x {height} pixels; heatlens takes 1 to {MAX_SIDE_PX} a side."
+            f"{label} {width} x {height} pixels; heatlens takes 1 to {MAX_SIDE_PX} a side."
         )
 
 

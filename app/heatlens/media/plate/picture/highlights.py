@@ -46,13 +46,13 @@ def _inverse_shoulder(position: FloatImage, stops: float) -> FloatImage:
     return gain
 
 
-def clipped_note(color: FloatImage, what: str) -> tuple[str, ...]:
+def clipped_note(color: FloatImage, label: str) -> tuple[str, ...]:
     """Return a proposal to lift the highlights of `color` (H, W, C), if enough pixels are white."""
     share = float((color[..., :3].max(axis=-1) >= _WHITE).mean())
     if share < _WHITE_LEAST:
         return ()
     return (
-        f"{what}: {100 * share:.2g} % of the pixels are clipped at white, so lamps become dull "
+        f"{label}: {100 * share:.2g} % of the pixels are clipped at white, so lamps become dull "
         f"discs. --lift-highlights {PROPOSED_STOPS:g} makes them {2**PROPOSED_STOPS:g} times as "
         "bright as white.",
     )

@@ -24,14 +24,14 @@ class OwnProcessNeededError(Exception):
     """A file is compressed; its bytes, which may crash a library, are not unpacked here."""
 
 
-def _import_library(name: str, what: str) -> ModuleType:
+def _import_library(name: str, label: str) -> ModuleType:
     """Import a library that unpacks data.
 
     Raises OwnProcessNeededError outside the separate process, because it may crash.
     """
     if importlib.util.find_spec(name) is not None and not is_bounded():
         raise OwnProcessNeededError
-    return import_extra(name, what)
+    return import_extra(name, label)
 
 
 def unpack_draco(
@@ -72,19 +72,19 @@ def unpack_meshopt(record: Record, data: memoryview) -> bytes:
     return np.ascontiguousarray(decoded).tobytes()
 
 
-def decode_ktx2(data: bytes, what: str) -> NDArray[np.uint8]:
-    """Return a picture in KTX 2 with Basis Universal as (H, W, 4); errors call it `what`.
+def decode_ktx2(data: bytes, label: str) -> NDArray[np.uint8]:
+    """Return a picture in KTX 2 with Basis Universal as (H, W, 4); errors call it `label`.
 
     Raises InputError if it is damaged or too large, MissingPackageError without opengl_basisu.
     """
-    library = _import_library("opengl_basisu", f"{what}: a picture in KTX 2")
+    library = _import_library("opengl_basisu", f"{label}: a picture in KTX 2")
     try:
         texture = library.open(data)
         if max(texture.width, texture.height) > _SIDE_MOST_PX:
             raise ValueError(f"{texture.width} x {texture.height} pixels are too many")
         pixels = texture.transcode(library.Target.RGBA8).data
     except (ValueError, MemoryError) as error:
-        raise InputError(f"{what}: the picture is damaged ({_short_message(error)}).") from error
+        raise InputError(f"{label}: the picture is damaged ({_short_message(error)}).") from error
     return np.array(pixels, np.uint8)
 
 

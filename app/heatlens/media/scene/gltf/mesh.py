@@ -195,8 +195,8 @@ class GltfMeshes:
         )
         colors = vertices.colors()
         tints = None if colors is None else colors[sources]
-        what, floats = self._describe(vertices), positions.astype(np.float32)
-        mesh = make_mesh(what, floats, triangles, None, None, number, tints)
+        label, floats = self._describe(vertices), positions.astype(np.float32)
+        mesh = make_mesh(label, floats, triangles, None, None, number, tints)
         return replace(mesh, sources=None if mesh.sources is None else sources[mesh.sources])
 
     def _check_maps(self, vertices: Vertices, material: Material, is_without: bool) -> None:

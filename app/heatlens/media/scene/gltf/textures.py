@@ -112,11 +112,11 @@ def _decode_picture(gltf: GltfFile, record: Record, earlier_pictures: list[Pixel
     """
     view = gltf.index(record, "bufferView", "bufferViews")
     data = gltf.uri_bytes(record) if view is None else bytes(gltf.view(view))
-    what = f"{gltf.path}: {record.entry.place}"
+    label = f"{gltf.path}: {record.entry.place}"
     return (
-        decode_ktx2(data, what)
+        decode_ktx2(data, label)
         if data.startswith(KTX2_HEAD)
-        else read_picture(data, what, earlier_pictures)
+        else read_picture(data, label, earlier_pictures)
     )
 
 

@@ -28,17 +28,17 @@ _BASES = {
 
 def read_curves(materials: UsdMaterials, prim: object) -> list[Mesh]:
     """Return the tubes of BasisCurves; raise InputError if their data are inconsistent."""
-    what, first_time = _describe(materials, prim), usd_module("Usd").TimeCode.EarliestTime()
+    label, first_time = _describe(materials, prim), usd_module("Usd").TimeCode.EarliestTime()
     curves = usd_module("UsdGeom").BasisCurves(prim)
-    points = _convert_points(what, curves.GetPointsAttr().Get(first_time))
+    points = _convert_points(label, curves.GetPointsAttr().Get(first_time))
     counts = integer_array(
-        curves.GetCurveVertexCountsAttr().Get(first_time), f"{what}: curveVertexCounts"
+        curves.GetCurveVertexCountsAttr().Get(first_time), f"{label}: curveVertexCounts"
     )
     if counts.size and (counts.min() < 0 or counts.sum() != len(points)):
-        raise InputError(f"{what}: the counts of its curves do not match its points.")
+        raise InputError(f"{label}: the counts of its curves do not match its points.")
     if not len(points):
         return []
-    widths = _choose_widths(what, curves.GetWidthsAttr().Get(first_time), points, counts)
+    widths = _choose_widths(label, curves.GetWidthsAttr().Get(first_time), points, counts)
     colors, material = _read_colors(materials, prim, len(points), counts)
     lines = _Lines(np.column_stack([points, widths, colors]), counts).evaluate(curves)
     if len(lines.rows) > _TUBE_POINTS_MOST:
@@ -56,7 +56,7 @@ def read_curves(materials: UsdMaterials, prim: object) -> list[Mesh]:
     vertex_colors = rows[point_index, 4:].astype(np.float32)
     return [
         make_mesh(
-            what,
+            label,
             convert_to_float32(positions),
             triangles,
             convert_to_float32(normals),
@@ -69,13 +69,13 @@ def read_curves(materials: UsdMaterials, prim: object) -> list[Mesh]:
 
 def read_points(materials: UsdMaterials, prim: object) -> list[Mesh]:
     """Return the solids drawn for UsdGeom.Points; none if it has no points."""
-    what, first_time = _describe(materials, prim), usd_module("Usd").TimeCode.EarliestTime()
+    label, first_time = _describe(materials, prim), usd_module("Usd").TimeCode.EarliestTime()
     prim_points = usd_module("UsdGeom").Points(prim)
-    points = _convert_points(what, prim_points.GetPointsAttr().Get(first_time))
+    points = _convert_points(label, prim_points.GetPointsAttr().Get(first_time))
     if not len(points):
         return []
-    widths = float_array(prim_points.GetWidthsAttr().Get(first_time), 1, f"{what}: widths")[:, 0]
-    normals = float_array(prim_points.GetNormalsAttr().Get(first_time), 3, f"{what}: normals")
+    widths = float_array(prim_points.GetWidthsAttr().Get(first_time), 1, f"{label}: widths")[:, 0]
+    normals = float_array(prim_points.GetNormalsAttr().Get(first_time), 3, f"{label}: normals")
     radii = None
     if len(widths) in (1, len(points)):
         radii = np.broadcast_to(0.5 * np.nan_to_num(widths.astype(np.float64)), len(points))
@@ -89,7 +89,7 @@ def read_points(materials: UsdMaterials, prim: object) -> list[Mesh]:
     vertex_colors = colors[solids.point].astype(np.float32)
     return [
         make_mesh(
-            what,
+            label,
             positions,
             solids.triangles,
             solid_normals,
@@ -178,17 +178,17 @@ def _describe(materials: UsdMaterials, prim: UsdObject) -> str:
     return f"{materials.stage.path}: {prim.GetPath()}"
 
 
-def _convert_points(what: str, stored: UsdObject) -> Array:
+def _convert_points(label: str, stored: UsdObject) -> Array:
     """Return points (P, 3) of the file; raise InputError if some are not finite."""
-    points = float_array(stored, 3, f"{what}: points")
+    points = float_array(stored, 3, f"{label}: points")
     if not np.isfinite(points).all():
-        raise InputError(f"{what}: a point is at NaN or infinity.")
+        raise InputError(f"{label}: a point is at NaN or infinity.")
     return points.astype(np.float64)
 
 
-def _choose_widths(what: str, stored: object, points: Array, counts: Indices) -> Array:
+def _choose_widths(label: str, stored: object, points: Array, counts: Indices) -> Array:
     """Return the widths (P,): constant, per curve or per point; a thin default if none fits."""
-    widths = np.nan_to_num(float_array(stored, 1, f"{what}: widths")[:, 0].astype(np.float64))
+    widths = np.nan_to_num(float_array(stored, 1, f"{label}: widths")[:, 0].astype(np.float64))
     if len(widths) == len(points):
         return widths
     if len(widths) == len(counts):

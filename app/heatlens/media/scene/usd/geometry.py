@@ -120,20 +120,20 @@ def read_shape(materials: UsdMaterials, prim: UsdObject) -> list[Mesh]:
 
     Raises InputError if one of its lengths is negative or not a number.
     """
-    what = f"{materials.stage.path}: {prim.GetPath()}"
-    shape = _make_shape(what, prim)
+    label = f"{materials.stage.path}: {prim.GetPath()}"
+    shape = _make_shape(label, prim)
     if not len(shape.triangles):
         return []
     material = materials.number_of(prim)
-    return [make_mesh(what, shape.positions, shape.triangles, shape.normals, shape.uvs, material)]
+    return [make_mesh(label, shape.positions, shape.triangles, shape.normals, shape.uvs, material)]
 
 
-def _make_shape(what: str, prim: UsdObject) -> Shape:
+def _make_shape(label: str, prim: UsdObject) -> Shape:
     """Return the sphere, cube, plane, capsule, cylinder or cone of a prim."""
-    kind, lengths = kind_of(prim), _read_lengths(what, prim)
+    kind, lengths = kind_of(prim), _read_lengths(label, prim)
     axis = str(prim.GetAttribute("axis").Get()) if prim.HasAttribute("axis") else "Z"
     if axis not in ("X", "Y", "Z"):
-        raise InputError(f"{what}: its axis is {axis[:20]!r}, which is not X, Y or Z.")
+        raise InputError(f"{label}: its axis is {axis[:20]!r}, which is not X, Y or Z.")
     radius, height = lengths.get("radius", 0.0), lengths.get("height", 0.0)
     bottom, top = lengths.get("radiusBottom", radius), lengths.get("radiusTop", radius)
     if kind == "Sphere":
@@ -149,17 +149,17 @@ def _make_shape(what: str, prim: UsdObject) -> Shape:
     return cylinder(height, bottom, 0.0 if kind == "Cone" else top).align_to(axis)
 
 
-def _read_lengths(what: str, prim: UsdObject) -> dict[str, float]:
+def _read_lengths(label: str, prim: UsdObject) -> dict[str, float]:
     """Return the lengths of a shape at their first values."""
     first_time = usd_module("Usd").TimeCode.EarliestTime()
     lengths = {}
     for name in _LENGTH_NAMES:
         if prim.HasAttribute(name):
             value = usd_library.checked_number(
-                prim.GetAttribute(name).Get(first_time), f"{what}: {name}"
+                prim.GetAttribute(name).Get(first_time), f"{label}: {name}"
             )
             if not 0 <= value < math.inf:
-                raise InputError(f"{what}: its {name} is {value:g}, which is not a length.")
+                raise InputError(f"{label}: its {name} is {value:g}, which is not a length.")
             lengths[name] = value
     return lengths
 

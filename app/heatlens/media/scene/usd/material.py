@@ -87,8 +87,8 @@ class UsdMaterials:
             return default, None
         sources = entry.GetConnectedSources()[0]
         if not sources:
-            what = f"{self.stage.path}: {name} of {surface.GetPath()}"
-            values = float_array(entry.Get(), len(default), what)
+            label = f"{self.stage.path}: {name} of {surface.GetPath()}"
+            values = float_array(entry.Get(), len(default), label)
             return (tuple(values[0].tolist()) if len(values) else default), None
         file = sources[0].source.GetPrim().GetAttribute("inputs:file").Get()
         is_file = isinstance(file, usd_module("Sdf").AssetPath)

@@ -24,28 +24,30 @@ def read_mesh_parts(
 ) -> list[Mesh]:
     """Return one mesh for each material; raise InputError if the data are inconsistent."""
     geometry = usd_module("UsdGeom")
-    what = f"{materials.stage.path}: {prim.GetPath()}"
+    label = f"{materials.stage.path}: {prim.GetPath()}"
     time = usd_module("Usd").TimeCode.EarliestTime()
     mesh = geometry.Mesh(prim)
-    points = float_array(mesh.GetPointsAttr().Get(time), 3, f"{what}: points")
-    counts = integer_array(mesh.GetFaceVertexCountsAttr().Get(time), f"{what}: faceVertexCounts")
-    corners = integer_array(mesh.GetFaceVertexIndicesAttr().Get(time), f"{what}: faceVertexIndices")
-    _check_polygons(what, points, counts, corners)
-    uvs = _read_uvs(what, prim, corners)
-    colors = _read_colors(what, prim, len(points), counts, corners)
+    points = float_array(mesh.GetPointsAttr().Get(time), 3, f"{label}: points")
+    counts = integer_array(mesh.GetFaceVertexCountsAttr().Get(time), f"{label}: faceVertexCounts")
+    corners = integer_array(
+        mesh.GetFaceVertexIndicesAttr().Get(time), f"{label}: faceVertexIndices"
+    )
+    _check_polygons(label, points, counts, corners)
+    uvs = _read_uvs(label, prim, corners)
+    colors = _read_colors(label, prim, len(points), counts, corners)
     cage = _Surface(
         points, counts, corners, np.arange(len(counts)), normals=None, uvs=uvs, colors=colors
     )
-    surface = _subdivide_surface(what, subdivision, mesh, cage) or cage
+    surface = _subdivide_surface(label, subdivision, mesh, cage) or cage
     triangles, faces = _make_fans(surface.counts)
     normals = surface.normals
     if normals is None:
-        normals = _read_normals(what, mesh, points, corners, triangles)
+        normals = _read_normals(label, mesh, points, corners, triangles)
     faces = surface.faces[faces]
-    holes = integer_array(mesh.GetHoleIndicesAttr().Get(time), f"{what}: holeIndices")
+    holes = integer_array(mesh.GetHoleIndicesAttr().Get(time), f"{label}: holeIndices")
     is_hole = np.isin(faces, holes)
     meshes = []
-    for part_prim, is_in_part in _split_by_material(what, prim, faces, len(counts)):
+    for part_prim, is_in_part in _split_by_material(label, prim, faces, len(counts)):
         material = materials.number_of(part_prim, colors is not None)
         part_triangles = triangles[is_in_part & ~is_hole].astype(np.uint32)
         if len(part_triangles):
@@ -58,7 +60,7 @@ def read_mesh_parts(
             )
             part_positions = surface.points[surface.corners[used_corners]]
             shape = part_positions, part_triangles, part_normals, part_uvs
-            meshes.append(make_mesh(what, *shape, material, part_colors))
+            meshes.append(make_mesh(label, *shape, material, part_colors))
     return meshes
 
 
@@ -80,7 +82,7 @@ class _Surface:
 
 
 def _subdivide_surface(
-    what: str, subdivision: Subdivision, mesh: object, cage: _Surface
+    label: str, subdivision: Subdivision, mesh: object, cage: _Surface
 ) -> _Surface | None:
     """Return the subdivision surface of a cage; None if the cage itself is drawn."""
     corner_values = {"uvs": cage.uvs, "colors": cage.colors}
@@ -97,7 +99,7 @@ def _subdivide_surface(
         },
         np.flatnonzero(is_polygon),
     )
-    refined = subdivision.subdivide_cage(what, mesh, polygons)
+    refined = subdivision.subdivide_cage(label, mesh, polygons)
     if refined is None:
         return None
     values = {name: value.astype(np.float32) for name, value in refined.values.items()}
@@ -115,15 +117,15 @@ def _subdivide_surface(
 
 
 def _check_polygons(
-    what: str, points: NDArray[np.float32], counts: NDArray[np.int64], corners: NDArray[np.int64]
+    label: str, points: NDArray[np.float32], counts: NDArray[np.int64], corners: NDArray[np.int64]
 ) -> None:
     """Raise InputError if the polygons are inconsistent or a vertex is not finite."""
     if counts.size and (counts.min() < 0 or counts.sum() != len(corners)):
-        raise InputError(f"{what}: the corner counts of its polygons do not match its corners.")
+        raise InputError(f"{label}: the corner counts of its polygons do not match its corners.")
     if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
-        raise InputError(f"{what}: a polygon refers to a vertex that does not exist.")
+        raise InputError(f"{label}: a polygon refers to a vertex that does not exist.")
     if not np.isfinite(points).all():
-        raise InputError(f"{what}: a vertex is at NaN or infinity.")
+        raise InputError(f"{label}: a vertex is at NaN or infinity.")
 
 
 def _make_fans(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -136,7 +138,7 @@ def _make_fans(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np
 
 
 def _read_normals(
-    what: str,
+    label: str,
     mesh: UsdObject,
     points: NDArray[np.float32],
     corners: NDArray[np.int64],
@@ -148,7 +150,7 @@ def _read_normals(
     """
     primvar = usd_module("UsdGeom").PrimvarsAPI(mesh.GetPrim()).GetPrimvar("normals")
     stored = primvar.ComputeFlattened() if primvar else mesh.GetNormalsAttr().Get()
-    values = float_array(stored, 3, f"{what}: normals")
+    values = float_array(stored, 3, f"{label}: normals")
     if len(values) == len(corners) and len(values):
         return values
     if len(values) == len(points) and len(values):
@@ -158,12 +160,12 @@ def _read_normals(
     return np.asarray(smooth_normals(points, corners[triangles].astype(np.uint32))[corners])
 
 
-def _read_uvs(what: str, prim: object, corners: NDArray[np.int64]) -> NDArray[np.float32] | None:
+def _read_uvs(label: str, prim: object, corners: NDArray[np.int64]) -> NDArray[np.float32] | None:
     """Return the texture coordinates (corners, 2) with v downwards; None if there are none."""
     primvars = usd_module("UsdGeom").PrimvarsAPI(prim)
     for name in _UV_NAMES:
         stored = primvars.GetPrimvar(name).ComputeFlattened() if primvars.HasPrimvar(name) else None
-        values = float_array(stored, 2, f"{what}: {name}")
+        values = float_array(stored, 2, f"{label}: {name}")
         if not len(values):
             continue
         values[:, 1] = 1 - values[:, 1]
@@ -175,7 +177,7 @@ def _read_uvs(what: str, prim: object, corners: NDArray[np.int64]) -> NDArray[np
 
 
 def _read_colors(
-    what: str, prim: object, points: int, counts: NDArray[np.int64], corners: NDArray[np.int64]
+    label: str, prim: object, points: int, counts: NDArray[np.int64], corners: NDArray[np.int64]
 ) -> NDArray[np.float32] | None:
     """Return the linear colors (corners, 3) of displayColor; None for a constant color.
 
@@ -183,7 +185,7 @@ def _read_colors(
     """
     primvar = usd_module("UsdGeom").PrimvarsAPI(prim).GetPrimvar("displayColor")
     stored = primvar.ComputeFlattened() if primvar else None
-    values = float_array(stored, 3, f"{what}: displayColor")
+    values = float_array(stored, 3, f"{label}: displayColor")
     kind = primvar.GetInterpolation() if len(values) > 1 else "constant"
     if kind == "uniform" and len(values) == len(counts):
         return np.repeat(values, counts, axis=0)
@@ -193,14 +195,14 @@ def _read_colors(
 
 
 def _split_by_material(
-    what: str, prim: object, faces: NDArray[np.int64], count: int
+    label: str, prim: object, faces: NDArray[np.int64], count: int
 ) -> list[tuple[object, NDArray[np.bool_]]]:
     """Return the prim of each part with its own material, and a mask of its triangles."""
     binding = usd_module("UsdShade").MaterialBindingAPI(prim)
     is_unassigned = np.ones(count, bool)
     groups = []
     for subset in binding.GetMaterialBindSubsets():
-        subset_faces = integer_array(subset.GetIndicesAttr().Get(), f"{what}: indices of a subset")
+        subset_faces = integer_array(subset.GetIndicesAttr().Get(), f"{label}: indices of a subset")
         is_in_subset = np.zeros(count, bool)
         is_in_subset[subset_faces[(subset_faces >= 0) & (subset_faces < count)]] = True
         groups.append((subset.GetPrim(), (is_in_subset & is_unassigned)[faces]))

@@ -31,7 +31,7 @@ class Subdivision:
     subdivided_once: int = 0
     loop_scheme: int = 0
 
-    def subdivide_cage(self, what: str, mesh: object, cage: Polygons) -> Polygons | None:
+    def subdivide_cage(self, label: str, mesh: object, cage: Polygons) -> Polygons | None:
         """Return the subdivision surface of `cage`; None if the cage itself is drawn.
 
         Raises InputError if its creases are not numbers.
@@ -41,7 +41,7 @@ class Subdivision:
         levels = self._choose_levels(len(cage.corners))
         if not levels or not len(cage.corners):
             return None
-        refined = _add_creases(what, mesh, cage)
+        refined = _add_creases(label, mesh, cage)
         for _ in range(levels):
             refined = subdivide(refined)
         self.quads_left -= len(refined.counts)
@@ -86,21 +86,21 @@ class Subdivision:
         ]
 
 
-def _add_creases(what: str, mesh: UsdObject, cage: Polygons) -> Polygons:
+def _add_creases(label: str, mesh: UsdObject, cage: Polygons) -> Polygons:
     """Return the cage with the valid creases and sharp corners of the file."""
     first_time = usd_module("Usd").TimeCode.EarliestTime()
-    indices = integer_array(mesh.GetCreaseIndicesAttr().Get(first_time), f"{what}: creaseIndices")
-    lengths = integer_array(mesh.GetCreaseLengthsAttr().Get(first_time), f"{what}: creaseLengths")
+    indices = integer_array(mesh.GetCreaseIndicesAttr().Get(first_time), f"{label}: creaseIndices")
+    lengths = integer_array(mesh.GetCreaseLengthsAttr().Get(first_time), f"{label}: creaseLengths")
     stored = mesh.GetCreaseSharpnessesAttr().Get(first_time)
-    sharpness = float_array(stored, 1, f"{what}: creaseSharpnesses")[:, 0]
+    sharpness = float_array(stored, 1, f"{label}: creaseSharpnesses")[:, 0]
     edges, chain_of_edge = _chain_edges(indices, lengths)
     if len(sharpness) not in (len(lengths), len(edges)):
         edges, chain_of_edge = edges[:0], chain_of_edge[:0]
     values = sharpness[chain_of_edge] if len(sharpness) == len(lengths) else sharpness[: len(edges)]
     is_inside = ((edges >= 0) & (edges < len(cage.points))).all(axis=1)
-    points = integer_array(mesh.GetCornerIndicesAttr().Get(first_time), f"{what}: cornerIndices")
+    points = integer_array(mesh.GetCornerIndicesAttr().Get(first_time), f"{label}: cornerIndices")
     stored = mesh.GetCornerSharpnessesAttr().Get(first_time)
-    corner_sharpness = float_array(stored, 1, f"{what}: cornerSharpnesses")[:, 0]
+    corner_sharpness = float_array(stored, 1, f"{label}: cornerSharpnesses")[:, 0]
     count = min(len(points), len(corner_sharpness))
     points, corner_sharpness = points[:count], corner_sharpness[:count]
     is_valid = (points >= 0) & (points < len(cage.points))
