@@ -193,15 +193,15 @@ def play(gui: Gui, actions: int, seed: int, report=print) -> list[float]:
     Raises AssertionError where a fault is said or raised.
     """
     monkey, faults_said, memory_mb = Monkey(gui, seed), [], []
-    say_original_error = gui.session.notify_error
+    show_original_error = gui.session.show_error
 
-    def notify_error(error):
+    def show_error(error):
         if isinstance(error, FaultError):
             faults_said.append(error)
-        say_original_error(error)
+        show_original_error(error)
 
-    gui.session.notify_error = notify_error
-    gui.session.time.scheduler._say_error = notify_error
+    gui.session.show_error = show_error
+    gui.session.time.scheduler._show_error = show_error
     report(f"seed {seed}, 0 actions: {rss_mb():.0f} MB")
     for number in range(1, actions + 1):
         try:

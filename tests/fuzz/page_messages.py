@@ -84,8 +84,8 @@ class PageSession:
         self.loop = HeadlessLoop(session, screen, self.shared, Event())
         self.faults: list[str] = []
         self.refused = 0
-        notify = session.notify_error
-        session.notify_error = lambda error: (self._record_fault(error), notify(error))
+        notify = session.show_error
+        session.show_error = lambda error: (self._record_fault(error), notify(error))
 
     def _record_fault(self, error: HeatlensError) -> None:
         if not isinstance(error, InputError):

@@ -199,12 +199,12 @@ def test_command_line_plate_options_override_remembered_ones(tmp_path):
 # Faults, and what is drawn
 
 
-def test_say_error_autosaves_the_shot_for_a_fault_only(session, tmp_path):
+def test_show_error_autosaves_the_shot_for_a_fault_only(session, tmp_path):
     session.editing.edit(replace(session.editing.shot, looks=(Look("A", session.facts.lens),)))
-    session.notify_error(InputError("a file"))
+    session.show_error(InputError("a file"))
     autosave = autosave_path(unnamed_path(tmp_path / "preferences", session.editing.shot.source))
     assert not autosave.exists() and session.messages.text == "a file"
-    session.notify_error(FaultError("a fault"))
+    session.show_error(FaultError("a fault"))
     assert read_shot(autosave).looks[0].name == "A" and session.messages.text == "a fault"
 
 

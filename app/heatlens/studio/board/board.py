@@ -95,7 +95,7 @@ class Board:
         try:
             self._do(action)
         except HeatlensError as error:
-            self._session.notify_error(error)
+            self._session.show_error(error)
 
     def _do(self, action: Request | Command | str) -> None:
         """Do an action. Raises HeatlensError if that is impossible."""

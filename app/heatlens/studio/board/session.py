@@ -117,16 +117,14 @@ class Session:
         self.messages = Messages()
         notify, wake = self.messages.notify, front_end.wake
         self.preferences = preferences or Preferences()
-        self.given = command_line = CommandLineOptions(start)
-        self.source = source = OpenSource(renderer, wake, start.stream, command_line.placing_of)
+        self.given = options = CommandLineOptions(start)
+        self.source = source = OpenSource(renderer, wake, start.stream, options.placing_of)
         default_shot = Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus)
         self.editing = editing = Editing(
             *(default_shot, notify, lambda: source.is_sequence, front_end.other_holder),
             lambda old_shot, new_shot: self.scenes.size.reframe(old_shot, new_shot),
         )
-        shared = Shared(
-            source, editing, self.preferences, command_line, notify, self.notify_error, wake
-        )
+        shared = Shared(source, editing, self.preferences, options, notify, self.show_error, wake)
         self.scenes = SceneCommands(shared)
         timeline = Timeline(shared, lambda: self.files.reel.play_next_shot())
         self.pictures = pictures = PictureControl(shared, timeline, frames_folder)
@@ -149,7 +147,7 @@ class Session:
         """Open the file that the command line named, if it named one."""
         self.files.commands.open_first()
 
-    def notify_error(self, error: HeatlensError) -> None:
+    def show_error(self, error: HeatlensError) -> None:
         """Show an error in the status bar; after a fault of the program, autosave first."""
         if isinstance(error, FaultError):
             self.files.documents.autosave_now()
@@ -163,7 +161,7 @@ class Session:
             with report_faults("What was read could not be shown"):
                 self._collect_results()
         except HeatlensError as error:
-            self.notify_error(error)
+            self.show_error(error)
             self.files.start_choices.show_after_failure()
         if self.source.plate is None:
             self.pictures.sides.restart()  # its work used a plate that is no longer on the GPU

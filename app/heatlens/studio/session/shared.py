@@ -16,9 +16,9 @@ from heatlens.studio.settings.start import CommandLineOptions
 class Shared:
     """What every command works on.
 
-    say        shows a sentence in the status bar
-    say_error  shows an error there; after a fault of the program it also saves the shot
-    wake       makes the front end draw again; threads call it
+    notify      shows a sentence in the status bar
+    show_error  shows an error there; after a fault of the program it also saves the shot
+    wake        makes the front end draw again; threads call it
     """
 
     source: OpenSource
@@ -26,7 +26,7 @@ class Shared:
     preferences: Preferences
     command_line: CommandLineOptions
     notify: Callable[[str], None]
-    notify_error: Callable[[HeatlensError], None]
+    show_error: Callable[[HeatlensError], None]
     wake: Callable[[], None]
 
 

@@ -60,7 +60,7 @@ class HeadlessLoop:
             with report_faults("The picture could not be drawn"):
                 self._make_turn()
         except HeatlensError as error:
-            self._session.notify_error(error)
+            self._session.show_error(error)
             self._tap.publish(None, lambda: None)
             self._wake_event.wait(_ERROR_PAUSE_S)
 

@@ -103,7 +103,7 @@ class Screen:
                 topmost.note_frame()
         except HeatlensError as error:
             _recover_from_error(state)
-            self._session.notify_error(error)
+            self._session.show_error(error)
 
     def publish(self) -> None:
         """Give the picture of this frame to the pages that share it."""

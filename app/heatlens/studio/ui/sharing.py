@@ -39,7 +39,7 @@ class WindowSharing:
                 self.sharing.begin(self._server_messages.append)
             self._opens_popup = True
         except HeatlensError as error:
-            self._session.notify_error(error)
+            self._session.show_error(error)
 
     # Called by the loop
 

@@ -29,9 +29,8 @@ def read_mesh_parts(
     mesh = geometry.Mesh(prim)
     points = float_array(mesh.GetPointsAttr().Get(time), 3, f"{label}: points")
     counts = integer_array(mesh.GetFaceVertexCountsAttr().Get(time), f"{label}: faceVertexCounts")
-    corners = integer_array(
-        mesh.GetFaceVertexIndicesAttr().Get(time), f"{label}: faceVertexIndices"
-    )
+    indices = mesh.GetFaceVertexIndicesAttr().Get(time)
+    corners = integer_array(indices, f"{label}: faceVertexIndices")
     _check_polygons(label, points, counts, corners)
     uvs = _read_uvs(label, prim, corners)
     colors = _read_colors(label, prim, len(points), counts, corners)

@@ -193,7 +193,7 @@ class RenderScheduler(Commands, Worker):
         super().__init__(shared)
         self._sides, self._visible, self._frames_ahead = sides, visible, pull
         self._view, self._speed = view, speed
-        self._say_error = shared.notify_error
+        self._show_error = shared.show_error
 
     # State
 
@@ -275,7 +275,7 @@ class RenderScheduler(Commands, Worker):
             with report_faults("The picture could not be made"):
                 function()
         except HeatlensError as error:
-            self._say_error(error)
+            self._show_error(error)
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds that the loop may sleep; None: until something changes."""
