@@ -84,7 +84,7 @@ class Messages(Worker):
         self._is_kept_on_screen = False  # the message stays until it is replaced or cleared
 
     def notify(self, sentence: str) -> None:
-        """Show a sentence instead of the previous one."""
+        """Show a sentence instead of the previous one; its type tells how, and for how long."""
         self.text, self._shown_since = window_words(sentence), self._clock()
         self.is_problem = isinstance(sentence, Problem)
         self._is_lasting = isinstance(sentence, Lasting)

@@ -135,6 +135,7 @@ class _Reader:
         self._begin()
 
     def _begin(self) -> None:
+        """Open the movie at its start, with nothing decoded."""
         self._container = open_movie(av(), self.path)
         self.chunks = self._decode()
         self._decoded_samples, self._first_decoded = np.zeros((0, 2), np.int16), 0

@@ -40,7 +40,7 @@ class SequenceCheck:
         self._usual_notes: set[str] = set()  # keys of the notes of the first plate
 
     def check(self, plate: Plate) -> tuple[Remark, ...]:
-        """Return remarks on the plate of the next frame; () for the first one."""
+        """Return remarks on the next plate; the first one only sets what is usual, and has none."""
         note_remarks = self._notes_as_remarks(plate)
         if self._usual_window is None:
             self._usual_window, self._usual_dioptres = plate.display_window, median_dioptres(plate)
@@ -67,7 +67,7 @@ class SequenceCheck:
         return (Remark(sentence, sentence),)
 
     def _compare_depth(self, plate: Plate) -> tuple[Remark, ...]:
-        """Return a remark if the median of 1/depth jumps from that of the frames before."""
+        """Return a remark if the median of 1/depth jumps; otherwise it becomes the usual one."""
         previous, current = self._usual_dioptres, median_dioptres(plate)
         if current is None:
             return ()

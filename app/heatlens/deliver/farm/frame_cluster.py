@@ -128,7 +128,7 @@ class FrameCluster:
             self.request_frames(kept_requests)
 
     def collect_results(self) -> list[FrameResult]:
-        """Return the results that have arrived since the last call."""
+        """Return the results that have arrived since the last call, and forget them."""
         with self._lock:
             results, self._results = self._results, []
         return results

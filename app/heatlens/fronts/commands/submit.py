@@ -124,7 +124,7 @@ def _job_with_measured_cost(args: argparse.Namespace, shots: Sequence[SubmittedS
 
 
 def farm_job(args: argparse.Namespace, shots: Sequence[SubmittedShot]) -> FarmJob:
-    """Return the job with one task for all frames of a shot, and without its need of memory."""
+    """Return the job with a step for each shot, each of one task; its memory is unknown yet."""
     expected = None if args.submit is None else expected_program(on_gpus=bool(args.gpus))
     config = None
     if not shots[0].plan.job.output.is_exr:

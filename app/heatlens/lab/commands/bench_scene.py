@@ -95,7 +95,7 @@ def _check(args: argparse.Namespace) -> None:
 
 
 def _shot(args: argparse.Namespace) -> Shot:
-    """Return the shot to measure, at the size of the options."""
+    """Return the shot to measure; print how a scene was read, and set its size in `args`."""
     args.size = args.size or (None if is_shot_file(args.shown) else _SIZE)
     if not is_shot_file(args.shown):
         _check_kind(args.shown)

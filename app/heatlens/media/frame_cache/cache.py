@@ -264,7 +264,7 @@ class FrameCache(Closing):
                 self._on_ready()
 
     def _apply_scan(self, sequence: Sequence, changed_frames: tuple[int, ...]) -> None:
-        """Use `sequence` from now on, and drop the changed frames; the caller holds the lock."""
+        """Use `sequence`, drop the changed frames and read on; the caller holds the lock."""
         self._sequence, self._unread_states = sequence, _unread_states(sequence)
         order = self._order
         self._order = PlayOrder.at(sequence.frames, order.playhead, order.direction, order.window)

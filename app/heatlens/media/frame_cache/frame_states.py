@@ -29,7 +29,7 @@ class FrameStates:
         self._runs: tuple[Run, ...] = ()
 
     def runs(self, cache: FrameCache, version: object) -> tuple[Run, ...]:
-        """Return the current runs; `version` differs whenever they may have changed."""
+        """Return the runs; they are computed again if `version` changed, but not too often."""
         now_s = self._clock()
         if (cache, version) != self._runs_key and now_s >= self._next_update_s:
             self._runs, self._runs_key = runs_of(cache.states()), (cache, version)

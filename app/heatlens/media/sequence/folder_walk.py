@@ -86,7 +86,7 @@ class FolderWalk:
         return self.rows[self.row] if 0 <= self.row < len(self.rows) else None
 
     def go(self, text: str) -> None:
-        """Look up a folder, a file or a pattern that was typed."""
+        """Begin to look up a folder, a file or a pattern that was typed; clear the last problem."""
         path = self._path(text)
         self.problem, self.existing_file = "", None
         purpose = self.purpose
@@ -135,14 +135,14 @@ class FolderWalk:
         self.row = self.rows.index(previous_folder.name) if is_up else -1
 
     def select(self, row: int) -> None:
-        """Select a row, and take the name to save from it."""
+        """Select a row, and take the name to save from its entry."""
         self.row, self.existing_file = min(max(row, 0), len(self.rows) - 1), None
         entry = self._selected_entry
         if isinstance(entry, Entry) and self.purpose.is_save:
             self.name = entry.file_at(0).name
 
     def type_name(self, name: str) -> None:
-        """Take a typed name in place of the selected row."""
+        """Use a typed name; no row is selected then."""
         self.name, self.row = name, -1
 
     def confirm(self) -> ChosenFile | None:

@@ -78,7 +78,7 @@ class ColorChoice:
         return view if view.input_space in self._inputs else replace(view, input_space="")
 
     def plate_input_space(self, chosen_space: str) -> InputSpace:
-        """Return the input space of the plate: `chosen`, otherwise the one its header names."""
+        """Return the input space of the plate: `chosen_space`, else that of its header."""
         return input_space_of(self.config, self.attributes, chosen_space)
 
     def rebuild(self) -> None:

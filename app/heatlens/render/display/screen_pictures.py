@@ -146,7 +146,7 @@ class ScreenPictures:
                 texture.release()
 
     def detail(self, shown: ShownPicture, plate: Pinhole, view: ViewState) -> Detail | None:
-        """Return the detail in focus that a preview lacks; None for a whole picture."""
+        """Return the detail in focus that a preview lacks; None if whole, or for a new plate."""
         if not _is_reduced_preview(shown) or shown.shot.lens.breathing != 1.0:
             return None  # breathing scales the picture relative to the plate
         if self._previous_plate is not plate:  # in playback, each plate is shown only once

@@ -44,7 +44,7 @@ class _Program:
         raise NotImplementedError
 
     def _build(self) -> None:
-        """Build the program from the current files, and keep it."""
+        """Build the program from the current files, and remember which files it came from."""
         sources = self._sources()
         self._program = self._link(sources)
         _Program.build_count += 1

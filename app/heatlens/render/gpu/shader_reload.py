@@ -67,7 +67,7 @@ class ShaderReload:
         self._times = _file_times(data_dir("shaders"))
 
     def poll(self) -> Reloaded | None:
-        """Rebuild the programs of changed files; return None if no used file has changed."""
+        """Rebuild programs of changed files, now and then; return None if none has changed."""
         if self._clock() - self._checked_at < EVERY_S:
             return None
         self._checked_at, previous_times = self._clock(), self._times

@@ -118,7 +118,7 @@ class SourceOpener:
         self.opening = None
 
     def poll(self) -> Opened | None:
-        """Return a source, once, when it has been opened. Raises HeatlensError if that failed."""
+        """Return an opened source, once. Stores a failure, and raises its HeatlensError."""
         try:
             opened = self._current.poll()
         except HeatlensError as error:

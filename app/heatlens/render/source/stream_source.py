@@ -53,7 +53,7 @@ class StreamSource:
         self.text = f"{STREAM_PREFIX}{self.address}"
 
     def begin(self, options: PlateOptions) -> None:
-        """Show the current and all later frames, read with `options`."""
+        """Show the current frame, which is read again, and all later ones, read with `options`."""
         # without an origin, the current frame counts as new and is read again
         self.options, self.should_show, self._plate_origin = options, True, None
 

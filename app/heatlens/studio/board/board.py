@@ -74,7 +74,7 @@ class Board:
         return with_user_keys(in_menu_order(commands), self._keys)
 
     def state(self) -> State:
-        """Return the state to show now; the same object as last time if nothing has changed."""
+        """Return the state to show now; the same object as before if nothing has changed."""
         key = self._session.time.scheduler.picture_key
         self._picture += key != self._picture_key
         self._picture_key = key

@@ -46,7 +46,7 @@ class LoopTurn:
         return self._frames_due > 0
 
     def begin_due_frame(self) -> bool:
-        """Return True if a frame is due, and count it as drawn."""
+        """Return True if a frame is due; count it as drawn, and note its start."""
         session = self._session
         if session.time.player.is_due or session.lens.ring.news.is_due:
             self.draw_soon()

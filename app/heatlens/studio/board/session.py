@@ -204,7 +204,7 @@ class Session:
         files.start_choices.hide()
         start_lens, problem = first_lens(opened, self.given)
         self.lens.commands.start_lens = start_lens
-        self._say_together(problem)
+        self._notify_together(problem)
         if document_shot is not None:
             editing.begin(document_shot)
         elif not is_same:
@@ -213,7 +213,9 @@ class Session:
             editing.edit(replace(editing.shot, plate_options=opened.options))
         else:
             self.scenes.clips.apply_choice()
-        self._say_together(*opened.notes, self.pictures.use_header_color_space(opened.attributes))
+        self._notify_together(
+            *opened.notes, self.pictures.use_header_color_space(opened.attributes)
+        )
         self._lost_surfaces.restart(opened.notes)
         files.commands.remember_opened(opened)
 
@@ -223,14 +225,14 @@ class Session:
         timecode = shot.timecode_at(opened.frame, timecode_of(opened.attributes))
         frame_timecode = None if timecode is None else (opened.frame, timecode)
         camera_shot, note = with_given_camera(shot, self.given, frame_timecode)
-        self._say_together(note)
+        self._notify_together(note)
         if camera_shot is not shot and shot.frames is None and self.given.start.camera is not None:
             self.editing.frame = self.given.start.camera.frames[0]
         self.editing.begin(camera_shot)
         self.files.documents.begin_unnamed()
         self.pictures.commands.fit()
 
-    def _say_together(self, *sentences: str) -> None:
+    def _notify_together(self, *sentences: str) -> None:
         """Show these sentences as one message; show nothing if all are empty."""
         message = " ".join(sentences).strip()
         if message:

@@ -67,7 +67,7 @@ class CommandLineOptions:
         self.has_opened = False  # whether anything has been opened yet
 
     def note_opened(self, text: str) -> None:
-        """Note that `text` was opened."""
+        """Note that `text` was opened; the first is what the command line named."""
         self._source, self.has_opened = self._source or text, True
 
     def apply_to(self, text: str) -> bool:

@@ -121,7 +121,7 @@ class Client:
                 self._send_problem(str(error))
 
     def _is_within_rate(self) -> bool:
-        """Return True unless the client sends too many messages (a token bucket)."""
+        """Count a message; return False if the client sends too many (a token bucket)."""
         now = time.monotonic()
         self._message_allowance = (
             min(

@@ -235,7 +235,7 @@ class ShareServer:
         return replaced is not None
 
     def _publish_client_counts(self) -> None:
-        """Publish to the loop how many clients there are, and how many can take a picture."""
+        """Publish to the loop how many clients there are and can take a picture; wake it."""
         clients = [client for client in self._clients if client.is_greeted]
         has_changed = len(clients) != self._shared.client_count
         self._shared.client_count = len(clients)

@@ -170,7 +170,7 @@ class InputQueue:
         self._events = deque((*events[:kept_count], *releases, *motions[-1:]))
 
     def hand_out(self) -> None:
-        """Give ImGui the input of the frame that begins now."""
+        """Give ImGui the input of the frame that begins now, and store which keys it has."""
         self._note_changes()
         frame, delayed = _Frame(), self._delayed_releases
         self._delayed_releases = []
@@ -253,7 +253,7 @@ class InputQueue:
                 frame.is_closed = True
 
     def _send_press(self, frame: _Frame, press: Press) -> None:
-        """Send a key, or its text if a text field is edited, to ImGui."""
+        """Send a key, or its text to a text field; a key that may open a box ends the frame."""
         io = imgui.get_io()
         if self._is_text(press):
             if io.want_text_input:

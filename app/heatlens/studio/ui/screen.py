@@ -162,7 +162,7 @@ class Screen:
             self.ui.leave_bare()
 
     def _actions_of_keys(self) -> list[Command]:
-        """Return the commands whose keys were pressed, in order; none under a popup."""
+        """Return the commands of pressed keys, in order; Fit over the curve fits that instead."""
         if topmost.is_any_open() or self._session.files.documents.offer is not None:
             return []
         key_actions = in_order(

@@ -29,7 +29,7 @@ def forget_after_click() -> None:
 
 
 def is_highlighted(words: str, scrolls: bool = True) -> bool:
-    """Return True if the label to be drawn next is highlighted; scroll its panel to it once."""
+    """Return True if the label drawn next is highlighted; scroll its panel to it, once."""
     if _highlight.setting[1] != words or not words:
         return False
     if imgui.internal.get_current_window().name != _highlight.setting[0]:

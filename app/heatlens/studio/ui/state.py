@@ -167,7 +167,7 @@ class UiState:
         self.is_bare = self.is_full_screen = False
 
     def reset_layout(self) -> None:
-        """Open all panels in their original arrangement."""
+        """Open all panels; the next frame arranges them as they were at first."""
         self.panels = dict.fromkeys(self.panels, True)
         self.wants_layout = True
 

@@ -84,7 +84,7 @@ def export_bar(run: ExportRun, ui: UiState) -> None:
 
 
 def _export_parts(run: ExportRun, ui: UiState) -> tuple[tuple[str, ...], str]:
-    """Return the names of the buttons and the text before them."""
+    """Return the names of the buttons and the text before them; note that an export ran."""
     state = run.state
     if state is None:
         return (), ""

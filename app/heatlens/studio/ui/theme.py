@@ -200,7 +200,7 @@ def pack_color(color: Sequence[float]) -> int:
 
 
 def paint(palette: Palette) -> None:
-    """Set the colors of the current ImGui context."""
+    """Make a palette the current one, and set the colors of the ImGui context."""
     global colors
     colors = palette
     if palette.is_light:

@@ -227,7 +227,7 @@ class Loop:
     # The size and position of the window are stored at the moment before the switch to full screen,
     # so that the window comes back at the same place.
     def _adapt_to_monitor(self) -> None:
-        """Adapt scale and full screen after the window has moved to another monitor."""
+        """Adapt scale and full screen to the monitor; remember where a normal window was."""
         scale = self._ui.scale
         scale.screen_scale = glfw.get_window_content_scale(self._window)[0]
         scale.screen = screen_name(self._window)

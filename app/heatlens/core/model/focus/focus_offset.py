@@ -83,6 +83,7 @@ class FocusOffset:
 
     @property
     def _gradients(self) -> tuple[Triple, Triple]:
+        """The slope of the focus across the picture, and that of its edge, for each color."""
         return self.slope, self.edge
 
 

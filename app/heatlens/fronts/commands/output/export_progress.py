@@ -29,7 +29,7 @@ class Tally:
         self._start_s = clock()
 
     def add(self, done: FrameDone) -> None:
-        """Count a frame. Time is measured from the first frame that had to be rendered."""
+        """Count a frame and its remarks; time runs from the first frame that had to be rendered."""
         self.surfaces_lost = self.surfaces_lost or _surfaces_lost_text(done)
         self.pace = done.pace or self.pace
         for remark in done.remarks:

@@ -41,7 +41,7 @@ class LayerCount:
     _round: int = 0
 
     def begin_layer(self, done: int, layers: int) -> None:
-        """Record that `done` layers of this round are finished."""
+        """Record that `done` layers of this round are finished; with 0, a new round begins."""
         self._round += done == 0
         self.done_layers, self.layers = done, layers
 
@@ -77,7 +77,7 @@ class PictureCount:
     drawn_s: float = 0.0  # when the last of those steps was done, in seconds from the start
 
     def count_step(self, name: str, seconds: float) -> None:
-        """Count the step `name`, which was finished `seconds` after the start."""
+        """Count the step `name` if it draws; it was finished `seconds` after the start."""
         if name in _DRAWING_STEPS:
             self.drawn_steps, self.drawn_s = self.drawn_steps + 1, seconds
 
@@ -117,6 +117,7 @@ def picture_progress(
             write(lambda seconds: count.text(name, seconds), renderer.ctx.finish)
 
         def begin_layer(done: int, layers: int) -> None:
+            """Record that `done` layers of this round are finished; with 0, a new round begins."""
             count.layers.rounds = 2 if renderer.loaded.plate.has_alpha else 1
             count.layers.begin_layer(done, layers)
             report_step("layer split")

@@ -260,7 +260,7 @@ def _mark_from_pupil(mark: Mark, lens: Lens) -> Mark:
 
 
 def _fill_from_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace:
-    """Return the options with the first key of each keyed parameter as its value."""
+    """Return the options with the first key of each parameter; print options it replaces."""
     filled_args = argparse.Namespace(**vars(args))
     filled_args.origins = {**getattr(args, "origins", {}), **dict.fromkeys(map(str, keys), "--key")}
     for parameter in LensParameter:

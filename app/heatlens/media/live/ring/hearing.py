@@ -66,7 +66,7 @@ class SampleCollector:
         return self._decoder.lost
 
     def accept_datagram(self, datagram: bytes, sender: Sender) -> None:
-        """Decode a datagram, or count it as refused."""
+        """Decode a datagram and add its samples, or count it as refused and store why."""
         try:
             samples = self._decoder.samples(datagram, sender)
             for sample in samples:

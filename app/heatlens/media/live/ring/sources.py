@@ -132,7 +132,7 @@ class RingSources:
         self._lock = Lock()
 
     def add_sample(self, sample: LensSample) -> None:
-        """Add a sample to its source; a new source may replace the one silent for longest."""
+        """Add a sample to its source and to the log; a new source may replace a silent one."""
         now_s = self._clock()
         with self._lock:
             source = self._sources.get(sample.source)
@@ -179,7 +179,7 @@ class RingSources:
             )
 
     def _find_source(self, source: str | None) -> RingSource | None:
-        """Return the source of this name, or the followed one for None; None if there is none."""
+        """Return the source of this name; for None the followed one, or its successor if silent."""
         if source is not None:
             return self._sources.get(source)
         if self._followed_name not in self._sources:

@@ -149,7 +149,7 @@ class _Fields:
         return self._numbers("q", count)
 
     def text(self) -> str:
-        """Return the string up to the next zero byte."""
+        """Read on to the next zero byte, and return the string before it."""
         end = self._packet.find(b"\0", self._offset, self._offset + MAX_NAME_BYTES + 1)
         if end < 0:
             raise TevPacketError(f"a name does not end within {MAX_NAME_BYTES} bytes")
@@ -176,7 +176,7 @@ class _Fields:
         return np.frombuffer(self._packet, "<f4", count, self._offset)
 
     def _numbers(self, type_code: str, count: int) -> tuple[int, ...]:
-        """Return `count` numbers with the type code of `struct`."""
+        """Read `count` numbers of the type that `struct` gives this code."""
         layout = struct.Struct(f"<{count}{type_code}")
         if self._offset + layout.size > len(self._packet):
             raise TevPacketError("it ends too early")

@@ -253,7 +253,7 @@ class TevServer(Closing):
         return self._images.apply(message)
 
     def _handle_file_request(self, name: str, client: _Client) -> None:
-        """Show the file that a client requests, if the client itself could read it."""
+        """Show a requested file if the client could read it; else count a refusal."""
         try:
             path = check_requested_file(name, is_from_this_machine(client.socket))
         except InputError as error:
@@ -268,6 +268,7 @@ class TevServer(Closing):
         self._report_fault(f"A packet was dropped: {reason}.")
 
     def _report_fault(self, fault: str) -> None:
+        """Store a fault, to be reported with the next news."""
         self.fault = fault
         self._has_new_fault = True
 

@@ -117,7 +117,7 @@ class DeepPart:
     # The headers
 
     def _read_header(self, header: RawHeader) -> None:
-        """Store the window, the channels, the tile size and the compression of the part."""
+        """Store window, channels, tile size and compression. Raises CutError if that is unknown."""
         x0, y0, x1, y1 = struct.unpack("<4i", header["dataWindow"])
         self._window = Box(x0, y0, x1 + 1, y1 + 1)
         self._channels: list[RawChannel] = parse_channels(header)

@@ -114,7 +114,7 @@ class GltfLights:
         return replace(lamp, direction=axis, cone_cosines=cosines, is_smooth=self.is_blender)
 
     def _add_sun(self, node: int, to_sun: Color, irradiance: Color) -> None:
-        """Keep the brightest directional light, because the scene can have one sun."""
+        """Keep the brightest sun, because the scene can have one; note that others are left out."""
         self._sun_count += 1
         if self._sun_count > 1:
             self.gltf.note_loss(

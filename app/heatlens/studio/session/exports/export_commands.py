@@ -64,7 +64,7 @@ class ExportCommands(Commands, Worker):
         return blur_of_export(self._editing.shot).effective_quality
 
     def propose(self) -> None:
-        """Propose folder and name if another plate has been opened since the last proposal."""
+        """Propose folder and name for a newly opened plate; note whether one frame is exported."""
         plate, source = self._source.plate, self._editing.shot.source
         if plate is not None and source != self._proposed_source:
             place = self._preferences.values.export_place

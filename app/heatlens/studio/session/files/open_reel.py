@@ -172,7 +172,7 @@ class OpenReel(Commands, Worker):
             self._read_next_shot()
 
     def _finish_opening(self, clip: ReelShot) -> None:
-        """Once the plates are loaded, set in and out points to the range used in the cut."""
+        """Set in and out points once the plates are loaded; if opening failed, stop playback."""
         if self.is_open:
             self._requested_shot = None
             self._playback.is_new_shot = True

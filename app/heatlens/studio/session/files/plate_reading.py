@@ -83,7 +83,7 @@ class PlateReading(Commands):
             self._source.opener.open(opened.text, options, self._editing.frame)
 
     def remember_options(self, opened: Opened) -> None:
-        """Remember the options that the user chose for the folder of the plates."""
+        """Remember options that the user chose for a folder; use those of the source."""
         if opened.cache is not None and opened.options == self._chosen_options:
             self._preferences.remember_options(
                 opened.cache.sequence.folder.absolute(), opened.options

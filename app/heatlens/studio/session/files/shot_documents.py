@@ -86,7 +86,7 @@ class ShotDocuments(Commands, Worker):
         return self.path is not None
 
     def save_as(self, path: Path) -> None:
-        """Save the shot to this file, which is its file from now on."""
+        """Begin to save the shot to this file, which is its file from now on."""
         self._editing.settle()
         frames = self._timeline.frames if self._timeline.is_sequence else None
         shot = replace(self._editing.shot, frames=frames)
@@ -167,7 +167,7 @@ class ShotDocuments(Commands, Worker):
     # Called by the session
 
     def finish_opening(self, opened: Opened) -> Shot | None:
-        """Return the shot whose plate has been opened; None for a plate without a shot."""
+        """Return the shot whose plate has been opened, and use its file; None without a shot."""
         pending, self._pending_document = self._pending_document, None
         is_pending = pending is not None and pending.shot.source == opened.text
         if is_pending or opened.text != self._editing.shot.source:
@@ -179,7 +179,7 @@ class ShotDocuments(Commands, Worker):
         return pending.shot
 
     def begin_unnamed(self) -> None:
-        """Begin a shot without a file; offer the unsaved changes of an earlier one."""
+        """Begin a shot without a file; read the autosave of an earlier one, to offer it."""
         self.path, self._saved, self._autosaved_shot = None, None, self._editing.shot
         self._unnamed_shot = self._autosaved_shot
         path = self._unnamed_path()

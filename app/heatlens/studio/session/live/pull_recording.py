@@ -134,7 +134,7 @@ class PullRecording(Commands, Worker):
     # Commands
 
     def arm(self) -> None:
-        """Arm the recording, which starts when the shot plays; disarm it if it was armed."""
+        """Arm the recording, which starts when the shot plays, and show the focus; or disarm it."""
         if self.state.is_waiting:
             self.discard()
             return
@@ -154,7 +154,7 @@ class PullRecording(Commands, Worker):
         self.finish()
 
     def finish(self) -> None:
-        """Keep the keys as they are and end the recording."""
+        """End the recording and forget its samples; the keys stay as they are."""
         self._is_armed, self._recorded_pull, self._samples = False, None, {}
         self._editing.performance = self._count_in_start = None
 
@@ -180,7 +180,7 @@ class PullRecording(Commands, Worker):
             self.finish()  # something else has changed the shot
 
     def _begin_count_in(self) -> None:
-        """Remember the state before the recording, and begin the count-in."""
+        """Remember the state before the recording, stop playback and begin the count-in."""
         self._is_armed, self._samples = False, {}
         self._direction = self._timeline.playback.direction
         self._editing.settle()
@@ -216,7 +216,7 @@ class PullRecording(Commands, Worker):
             self._end_recording()
 
     def _end_recording(self) -> None:
-        """End the performance, and set the keys if the focus was moved."""
+        """End the performance; set the keys, or notify the user that the focus was not moved."""
         performance = self._editing.performance
         moved_m = None if performance is None else performance.focus_distance_m
         if performance is not None:  # the gesture may last a moment longer, but must set no keys

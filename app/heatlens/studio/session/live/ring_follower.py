@@ -51,7 +51,7 @@ class RingNews:
     # left out of the comparison. `is_due` stays set until `clear` is called, so that a change which
     # comes while a whole picture is being rendered is not lost.
     def note_sample(self, sample: LensSample | None) -> None:
-        """Note a new sample of the followed source."""
+        """Wake the window for a new sample; for an equal one only now and then."""
         lens = None if sample is None else replace(sample, timecode=None)
         now_s = self._clock()
         if self.is_due or (lens == self._last_lens and now_s - self._last_wake_s < _RESTING_S):
@@ -276,7 +276,7 @@ class RingOut(Worker):
         self._last_sent_s = 0.0
 
     def poll(self) -> None:
-        """Send a changed lens; call this once a frame. Report a network error once."""
+        """Send a changed lens, an equal one now and then; call this once a frame."""
         if not self._output.is_on:
             return
         sample = self._current_sample()

@@ -35,7 +35,7 @@ class SentLens(Commands, Worker):
         self._guessed_m: float | None = None  # a focus that was chosen while depth was missing
 
     def poll(self) -> None:
-        """Apply lens values that the renderer has changed; call this once a frame."""
+        """Apply lens values that the renderer has changed, and focus once its depth is complete."""
         stream, opened, plate = self._source.stream, self._source.opened, self._source.plate
         if stream is None or not stream.is_shown or plate is None or plate is self._plate:
             return

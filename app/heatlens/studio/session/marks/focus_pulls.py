@@ -43,7 +43,7 @@ class FocusPulls(Commands):
         self._new_names.append(name)
 
     def rename_mark(self, old_name: str, new_name: str) -> None:
-        """Keep the chosen marks when one of them gets another name."""
+        """Follow a mark that gets another name, where it is chosen or new."""
         self.target = new_name if self.target == old_name else self.target
         self.origin = new_name if self.origin == old_name else self.origin
         self._new_names = [new_name if name == old_name else name for name in self._new_names]
@@ -94,7 +94,7 @@ class FocusPulls(Commands):
         )
 
     def set_length(self, frames: int) -> None:
-        """Set the number of frames of pulls from now on."""
+        """Set the number of frames of this pull and of those suggested later."""
         self.frames = self._preferred_frames = frames
 
     @property
@@ -146,7 +146,7 @@ class FocusPulls(Commands):
         marks_at_frames = ((target, self.arrival),) + (() if origin is None else ((origin, start),))
 
         def pull(focus_m: tuple[float, ...]) -> None:
-            """Set the keys of the pull, now that the distances of its marks are known."""
+            """Set the keys of the pull once its distances are known; warn of near ones."""
             to_m, from_m = focus_m[0], (*focus_m, current_focus_m)[1]
             shot = self._editing.shot
             self._editing.do(shaped_pull(shot, from_m, to_m, start, frames, shape, ease))

@@ -44,7 +44,7 @@ class GpuPicture:
         self.frame = 0  # the requested one
 
     def request(self, frame: int) -> None:
-        """Begin to show `frame`."""
+        """Begin to show `frame`: no problem is known, and it is not black."""
         self.problem, self.is_black, self.frame = "", False, frame
 
     def reset_axis(self) -> None:

@@ -118,6 +118,7 @@ class PlateFeed(PictureFeed):
         self._searched_plate: Plate | None = None
 
     def begin(self) -> None:
+        """Upload the plate with which the source was opened."""
         self.picture.load(self._opened.plate)
         self.picture.frame, self.picture.is_settled = self._opened.frame, True
 
@@ -193,7 +194,7 @@ class SceneFeed(PictureFeed):
         self._preview = ScenePreview(self.picture.renderer)
 
     def show(self, shot: Shot, playhead: Playhead) -> None:
-        """Draw the scene again if something has moved."""
+        """Draw the scene again if it has moved; load it again for another unit or up axis."""
         if shot.framing != self._framing:
             self._framing = shot.framing
             self.picture.reset_axis()

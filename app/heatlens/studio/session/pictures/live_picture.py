@@ -97,7 +97,7 @@ class LivePicture:
         return self._renderer.ctx
 
     def restart(self) -> None:
-        """Start again, because another plate is on the GPU."""
+        """Drop the work, the request and the picture, because another plate is on the GPU."""
         self.drop_work()
         self._request = self.output = None
         self.is_answering = False
@@ -319,7 +319,7 @@ class LivePicture:
     # A pyramid in place of another method says nothing about that method, nor does a picture that
     # another machine has rendered.
     def _advance(self, slice_s: float) -> None:
-        """Render in steps until the time is over or the picture is finished."""
+        """Render in steps until the time is over; a finished picture becomes the output."""
         assert self._work is not None and self._request is not None
         work, start = self._work, self._clock()
         try:

@@ -189,7 +189,7 @@ class LookPictures:
         return scene_rest_s if self._renderer.has_many_views else self._live.seconds_to_rest()
 
     def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
-        """Continue the first look whose picture is not whole, for about `slice_s` seconds."""
+        """Continue the first unfinished look for about `slice_s` seconds; an error refuses it."""
         tile = self._next_tile
         if tile is None or not is_plate_whole:
             return

@@ -130,7 +130,7 @@ class AheadJobs(Commands):
         self._next_check_s = -math.inf
 
     def update(self, frames: Iterable[int]) -> None:
-        """Forget jobs that are out of date; `frames` are those that will be requested."""
+        """Forget jobs that are out of date, and prepare the keys of `frames`, which come next."""
         self._check_files(frames)
         shot = self._editing.shot
         source = self._source.opened, self._stamps.latest, self._timeline.missing, self.program
@@ -142,7 +142,7 @@ class AheadJobs(Commands):
             self._prepare_keys(shot)
 
     def _check_files(self, frames: Iterable[int]) -> None:
-        """Check the files of these frames at intervals, and at once if the frames change."""
+        """Look up the files of these frames at intervals, and at once for another source."""
         opened, missing = self._source.opened, self._timeline.missing
         inputs = self.inputs
         if inputs is None or (opened, missing) != (inputs.opened, inputs.missing):

@@ -70,7 +70,7 @@ class CachedScreen(ScreenWork):
         return self._current_frame
 
     def _cached_frame(self, job: FrameJob, picture: CachedPicture) -> CachedFrame:
-        """Return a picture from memory as a frame, with a texture that is not filled yet."""
+        """Return a picture from memory as a frame, whose shared texture is not filled yet."""
         height, width = picture.pixels.shape[:2]
         if self._texture is None or self._texture.size != (width, height):
             if self._texture is not None:
@@ -83,7 +83,7 @@ class CachedScreen(ScreenWork):
         )
 
     def upload(self, cached_frame: ShownPicture) -> ShownPicture:
-        """Return the same picture with its texture filled."""
+        """Return the same picture; fill the texture of a cached frame first."""
         if (
             isinstance(cached_frame, CachedFrame)
             and cached_frame.picture is not None

@@ -122,7 +122,7 @@ class FramesAhead(Commands, Worker):
     # Called by the session
 
     def poll(self) -> None:
-        """Update after changes and read frames that are needed next; call this once a frame."""
+        """Order the frames, update the progress and read ahead; call this once a frame."""
         if self._is_turning():
             self.note_input()
         self.cluster.poll(self.is_on)

@@ -26,11 +26,12 @@ class SizeKeeping(Commands):
 
     @property
     def chosen(self) -> str | None:
-        """The name of the mark; None while the picture zooms."""
+        """Choose the mark whose size stays; None for none."""
         return self._chosen if self._chosen in self.names else None
 
     @chosen.setter
     def chosen(self, name: str | None) -> None:
+        """Choose the mark whose size stays; None for none."""
         self._chosen, self._requested_length = name, None
 
     @property

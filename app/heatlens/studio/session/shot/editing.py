@@ -72,6 +72,7 @@ class Editing:
 
     @frame.setter
     def frame(self, frame: int) -> None:
+        """Move to a frame; values that were only tried at another one are dropped."""
         if frame != self._frame:
             self._trial_lens = None
         self._frame = frame
@@ -141,7 +142,7 @@ class Editing:
         return True
 
     def begin(self, shot: Shot) -> None:
-        """Open another shot with an empty undo history."""
+        """Open another shot with an empty undo history, and drop tried values."""
         self.history, self._trial_lens, self._has_explained = History.of(shot), None, False
 
     def edit(self, shot: Shot) -> None:
@@ -261,7 +262,7 @@ class Editing:
         return shot
 
     def do(self, shot: Shot) -> None:
-        """Change the shot as an undo step of its own."""
+        """Change the shot as an undo step of its own; end a gesture, and drop tried values."""
         self._trial_lens = None
         self.history = self.history.end_gesture().with_current(shot).end_gesture()
 
@@ -277,7 +278,7 @@ class Editing:
         self.history = self.history.end_gesture()
 
     def settle_if_resting(self, is_pressed: bool) -> None:
-        """Record a finished gesture as an undo step; call this once a frame."""
+        """End a gesture, as an undo step, and a performance that rest; once a frame."""
         now_s, performance = self.clock(), self.performance
         if not is_pressed and now_s - self._changed_at > _GESTURE_REST_S:
             self.history = self.history.end_gesture()
@@ -296,11 +297,11 @@ class Editing:
         self.auto_key = not self.auto_key
 
     def undo(self) -> None:
-        """Undo one step."""
+        """Undo one step, and drop tried values."""
         self._trial_lens = None
         self.history = self.history.undo()
 
     def redo(self) -> None:
-        """Redo one step."""
+        """Redo one step, and drop tried values."""
         self._trial_lens = None
         self.history = self.history.redo()

@@ -47,7 +47,7 @@ class Playback:
         self.direction = 0
 
     def next_frame(self, frame: int, frames: FrameRange, rate: float, is_ready: bool) -> int:
-        """Return the frame to show now; `is_ready` is True once `frame` can be shown."""
+        """Return the frame to show now, and time it; `is_ready` if `frame` can be shown."""
         if self.is_new_shot:
             self.is_new_shot, self._frame_time_s = False, self._clock()
         steps = self._steps_due(rate)
@@ -103,7 +103,7 @@ class Playback:
         return start + self.direction * (position % frames.count)
 
     def _frame_after_bounce(self, frame: int, steps: int, frames: FrameRange) -> int:
-        """Return the frame that is `steps` later on the way to the end and back again."""
+        """Return the frame `steps` later, there and back again; set the direction."""
         turn = frames.count - 1
         if turn == 0:
             return frame

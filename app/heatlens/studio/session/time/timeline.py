@@ -137,7 +137,7 @@ class Timeline(Commands):
         self.move_playhead(min(max(frame, low), high))
 
     def move_playhead(self, frame: int) -> None:
-        """Move the playhead to a frame without stopping playback."""
+        """Move the playhead without stopping playback; the direction becomes that of the move."""
         old_frame = self._editing.frame
         if frame != old_frame:
             self._editing.frame = frame

@@ -52,7 +52,7 @@ class FileDialogs:
             self._files.apply_choice(chosen_file)
 
     def _draw_dialog(self, walk: FolderWalk) -> ChosenFile | None:
-        """Draw the window of the dialog; return the file that was chosen in this frame."""
+        """Draw the dialog, and close it at the end; return a file that was just chosen."""
         title = f"{walk.purpose.title}###file browser"
         if self._is_new:
             imgui.open_popup(title)

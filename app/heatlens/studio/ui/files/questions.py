@@ -39,7 +39,7 @@ def question(title: str, width_em: float) -> Iterator[bool]:
 
 
 def quit_question(ui: UiState, run: ExportRun) -> None:
-    """Draw the question what to do with a running export, while the question is open."""
+    """Draw the question what to do with a running export; the answer may end the program."""
     if not ui.asks_to_quit:
         return
     with question("An export is under way###quit", width_em=28.0) as is_visible:

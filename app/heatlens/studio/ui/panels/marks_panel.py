@@ -186,7 +186,7 @@ def _pull_corner() -> ImVec2:
 
 
 def _pull_fields(control: TimeControl, unit: str) -> None:
-    """Draw the fields of a pull: its marks, frames, shape and ease."""
+    """Draw the fields of a pull, which change it: marks, frames, shape and ease."""
     pulls = control.marks.pulls
     names = [mark.name for mark in control.editing.shot.marks]
     origin_name = widgets.choice("from", pulls.origin or _HERE, [_HERE, *names])

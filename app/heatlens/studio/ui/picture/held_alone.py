@@ -40,7 +40,7 @@ class HeldAlone:
         self._has_other_key = False  # another key was pressed since; lasts until it is released
 
     def update(self, is_hovered: bool) -> bool:
-        """Return True while the key counts as held over the picture; call this once a frame."""
+        """Return True while the key is held alone over the picture; call this once a frame."""
         io = imgui.get_io()
         if not io.key_mods & self._modifier or io.want_text_input:
             self._since_s, self._has_other_key, self._counts = None, False, False

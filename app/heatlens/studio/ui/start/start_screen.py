@@ -78,7 +78,7 @@ class StartScreen:
     def _draw_content(
         self, cards: Sequence[Card], layout: StartLayout, opening: str | None, has_keyboard: bool
     ) -> Answer:
-        """Draw the cards and the texts; return the user's choice."""
+        """Draw the cards and texts, and move the selection; return the user's choice."""
         corner, em = imgui.get_cursor_screen_pos(), imgui.get_font_size()
         corner = ImVec2(corner.x + layout.x, corner.y)
         old_row, self._row = self._row, min(self._row, len(cards) - 1)

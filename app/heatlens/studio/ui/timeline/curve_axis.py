@@ -132,7 +132,7 @@ class CurveLine:
     def points(
         self, shot: Shot, axis: CurveAxis, first: float, last: float, count: int
     ) -> list[tuple[float, float]]:
-        """Return (frame, level) at `count` times evenly from first to last, and at every key."""
+        """Return (frame, level) at `count` even times from first to last, and at every key."""
         curve, name = shot.curves.of(axis.parameter), str(axis.parameter)
         points_key = (axis.parameter, shot.lens, shot.curves, first, last, count)
         if points_key != self._points_key:
