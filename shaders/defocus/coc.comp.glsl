@@ -1,4 +1,4 @@
-// Converts depth to the signed circle of confusion (coc), see lib/coc.lib.glsl.
+// Converts depth to the signed circle of confusion (coc), which is linear in 1 / depth.
 //
 // Input
 //   depth_tx     r planar depth in meters, infinity where nothing was hit

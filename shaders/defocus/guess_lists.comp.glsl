@@ -8,7 +8,8 @@
 //   coc_tx       r signed coc (circle of confusion, diameter in pixels, negative in front of the focus)
 //   lib/guess_levels.lib.glsl   the pyramid of the guess, filled
 // Outputs
-//   start_buf, fragment_buf   see lib/fragment_list.lib.glsl
+//   start_buf     for each pixel, twice the number of its first fragment
+//   fragment_buf  the fragments: color, coverage and dioptres, packed in WORDS words each
 
 #include "lib/fragment_words.lib.glsl"  // WORDS, fragment_words
 #include "lib/guess_levels.lib.glsl"  // is_known, coarser_at

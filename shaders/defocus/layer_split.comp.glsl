@@ -14,6 +14,8 @@
 //   listed         with LISTS: the part of known that only lists give, because a nearer surface hides it
 //   cover          coverage: the layer hides what is behind it by this share
 //   solid          weight as content of the layer; 0 for a pixel whose surface belongs to other layers
+// Functions of lib/layer.lib.glsl: membership(coc) is the share of a pixel that belongs to this layer, visibility(coc)
+// that to this or a farther one; knowledge, coverage and solidity turn such shares into known, cover and solid.
 //
 // Inputs
 //   color_tx      scene-linear rgb

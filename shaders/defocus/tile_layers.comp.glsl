@@ -8,7 +8,7 @@
 //   near_tx     a coc of the second surface of edge pixels (unmix_far.comp.glsl, unmix_near.comp.glsl)
 //   with LISTS: fragment lists (lib/fragment_list.lib.glsl)
 // Outputs
-//   content_buf       a word for each tile, see lib/tile_content.lib.glsl
+//   content_buf       a word for each tile: bit l is set if layer l has content there, bit OPEN_BITS + l if it is open
 //   out_nearest_img   r least coc in the tile, of visible and listed surfaces
 
 #include "lib/kind.lib.glsl"  // FAR_EDGE, NEAR_EDGE
@@ -34,7 +34,7 @@ uniform vec4 cuts_px[LAYERS_MAX - 1];
 layout(std430) writeonly buffer content_block { uint content_buf[]; };
 layout(r32f) uniform writeonly image2D out_nearest_img;
 
-#define OPAQUE 0.9995  // see layer_split.comp.glsl
+#define OPAQUE 0.9995  // a surface of this coverage or more hides everything behind it
 
 // The layers of the surfaces of a pixel, as bits.
 struct Known {

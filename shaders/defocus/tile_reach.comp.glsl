@@ -10,7 +10,7 @@
 //   hole_buf       for each tile of the picture the same to the next hole of the layer
 //   hider_buf      for each tile of a layer the least coc in the tile, in pixels of the picture
 // Outputs
-//   tile_mask_buf  1 for active tiles, else 0, see lib/tile_mask.lib.glsl
+//   tile_mask_buf  1 for active tiles, else 0
 //   tile lists     the active tiles one by one (lib/tile_list.lib.glsl)
 
 #include "lib/tile_reach.lib.glsl"  // FAR_AWAY, TILE_GROUPS_MAX, LayerTile, layer_tile, tile_index, hole_index ...

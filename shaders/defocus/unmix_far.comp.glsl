@@ -9,7 +9,7 @@
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
-//   two lists     those of unmix_find.comp.glsl: first the far edges, second the near edges
+//   two lists     the first has all far edge pixels, the second all near edge pixels
 //   with LISTS: fragment lists, which know the far surface also behind its nearer neighbors
 // In and out; near edge pixels are only read, far edge pixels only written
 //   far_img       near edge, before: rgb own color, a OWN_FOUND if there is one (unmix_own.comp.glsl)

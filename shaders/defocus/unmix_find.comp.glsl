@@ -10,7 +10,7 @@
 //   coc_tx        r coc
 //   with LISTS: fragment lists (lib/fragment_list.lib.glsl)
 // Outputs
-//   out_kind_img  r the kind of the pixel, see lib/kind.lib.glsl; with LISTS g a coc just in front of its list
+//   out_kind_img  r the kind: UNMIXED, FAR_EDGE, NEAR_EDGE or LISTED; with LISTS g a coc just in front of its list
 //   two lists     the first list receives the far edges, the second one the near edges (lib/two_lists.lib.glsl)
 
 #include "lib/focus_offset.lib.glsl"

@@ -7,7 +7,7 @@
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
-//   two lists     those of unmix_find.comp.glsl: first the far edges, second the near edges
+//   two lists     the first has all far edge pixels, the second all near edge pixels
 //   with LISTS: fragment lists, which may know what shines through
 // In and out; far edge pixels are only read, near edge pixels read and written
 //   far_img       far edge, before: rgb of the far surface (unmix_far.comp.glsl)

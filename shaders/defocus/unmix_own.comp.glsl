@@ -8,7 +8,7 @@
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
-//   two lists     those of unmix_find.comp.glsl: first the far edges, second the near edges
+//   two lists     the first has all far edge pixels, the second all near edge pixels
 //   with LISTS: fragment lists, which may know what lies behind
 // Outputs (near edge only; they hold until unmix_near.comp.glsl replaces them)
 //   out_far_img   rgb own color, a OWN_FOUND; a 0 if no color was found

@@ -8,7 +8,7 @@
 // pixel) and coc (signed circle of confusion, diameter in pixels, negative in front of the focus).
 //
 // Inputs
-//   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel, as unmix_find.comp.glsl leaves them
+//   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
 //   pixel list    the edge pixels that may be those of hair (unmix_own.comp.glsl, unmix_far.comp.glsl)
 // In and out; far edge pixels are read and written, near edge pixels only written
 //   far_img, near_img    as unmix_far.comp.glsl and unmix_near.comp.glsl write them:

@@ -3,7 +3,7 @@
 //
 // Inputs
 //   color_tx   the plate, scene-linear rgb, premultiplied, and alpha
-//   depth_tx   r depth of the plate, see lib/focus_share.lib.glsl
+//   depth_tx   r depth of the plate in meters, or its signed coc (circle of confusion) in pixels if is_coc
 //   mean_tx    the plain mean of the plate, at the size of the preview
 // Output
 //   out_img    rgba mean of the pixels in focus; the plain mean where all or none are in focus

@@ -8,7 +8,7 @@
 //   picture_tx   the preview, rgb display values
 //   plate_tx     the plate, rgb display values
 //   coarse_tx    the parts of the plate in focus, at the size of the preview (focus_mean.comp.glsl), rgb display values
-//   depth_tx     r depth of the plate, see lib/focus_share.lib.glsl
+//   depth_tx     r depth of the plate in meters, or its signed coc (circle of confusion) in pixels if is_coc
 // Output
 //   out_color    rgb display values at a pixel of the screen, alpha 1
 

@@ -5,7 +5,7 @@
 // corner of a cell, the sum of the light of all cells above and to the left, in whole numbers. The light in a box is a
 // difference of such sums. Points p are in radii of the opening, x to the right and y up.
 //
-// The barrel of the lens cuts the opening off by two circles, see lib/shaped_aperture.lib.glsl.
+// The barrel of the lens cuts the opening off by two circles, which move apart towards the corners of the picture.
 
 uniform usampler2D aperture_image_tx;  // the table, (IMAGE_SIDE + 1)^2 texels
 uniform float aperture_image_scale;    // from the table's numbers to light whose mean over the circle is 1

@@ -1,6 +1,12 @@
 // Share of a pixel that the disc of a highlight covers. Small discs are sampled at several points of each pixel,
 // because their rim bends within a pixel. If it were taken as straight, a growing disc would grow in steps, from one
-// ring of pixels to the next. Include lib/aperture.lib.glsl with SOFT_RIM first; the arguments are explained there.
+// ring of pixels to the next. Include lib/aperture.lib.glsl with SOFT_RIM first.
+//
+//   offset     from the center of the disc to the pixel, in pixels
+//   radius     of the disc in pixels; negative in front of the focus
+//   ramp       half the width, in pixels, of the soft edge over which the coverage falls from 1 to 0
+//   position   of the disc's center in the picture, pixels
+//   Cover      share of light that the pixel gets, 0..1, in one color or in three
 
 #define FINE_ACROSS 3           // number of points across a pixel, and of points down
 #define FINE_RADIUS_PX 3.0      // radius up to which the points are spread over the whole pixel

@@ -1,5 +1,5 @@
 // The view that is built in, for use without OpenColorIO: scene-linear light, clipped to 0..1, to display values by the
-// sRGB curve of IEC 61966-2-1. See lib/view.lib.glsl.
+// sRGB curve of IEC 61966-2-1.
 
 vec4 view_transform(vec4 light) {
     vec3 shown = clamp(light.rgb, 0.0, 1.0);

@@ -8,7 +8,7 @@
 //
 // Inputs
 //   color_tx    rgb of the picture
-//   kind_tx     see lib/kind.lib.glsl
+//   kind_tx     r kind: UNMIXED, FAR_EDGE, NEAR_EDGE or LISTED
 
 #include "lib/silhouette.lib.glsl"  // neighbor, coc_at, is_in_front, is_same_surface, OUTLINE_WEIGHT
 

@@ -2,7 +2,7 @@
 // that more would make no visible difference.
 //
 // Input
-//   spread_tx     r luminance, g standard deviation of the samples, as antialias_mean.comp.glsl writes them
+//   spread_tx     r mean luminance, g standard deviation of the samples of each pixel
 // Output
 //   out_done_img  1 where a pixel is done, else 0
 

@@ -5,7 +5,8 @@
 // starts. Then the build without COUNT writes the lists themselves.
 //
 // Inputs
-//   samples        see lib/surface_groups.lib.glsl
+//   samples        color and distance of the visible surface and of two behind it, several in each pixel, in the
+//                  textures front_tx, first_tx, behind_tx and last_tx of lib/surface_groups.lib.glsl
 //   depth_tx       planar depth of the picture, meters
 //   first_row      first row of the band
 //   end_row        the row after its last one

@@ -2,10 +2,11 @@
 // (scene_surface.frag.glsl). With HOLES some surfaces have holes. With PEEL only surfaces behind those of the previous
 // draw are drawn, without the back faces of closed meshes.
 //
-// Inputs
-//   the outputs of scene_mesh.vert.glsl
+// Inputs with HOLES, from scene_mesh.vert.glsl
+//   uv, material, tint   texture coordinates, number of the material, color and alpha of the vertices
 // Inputs with PEEL
 //   before_tx   the surface of the previous draw: r meters, +inf for the sky, if `before_is_depth`; else a dioptres
+//   position_m, normal   of the surface in the world, meters; not a unit vector (scene_mesh.vert.glsl)
 //   eye_m       position of the camera in the world, meters
 //   back_rule   of the instance: BACK_NONE for an open mesh, whose back can be visible; otherwise the way to detect
 //               back faces: by the normals, or by one of the two winding orders

@@ -1,8 +1,8 @@
 // Writes the planar depth of surfaces: the distance along the camera's axis, which is the w of clip space. With HOLES
 // some surfaces have holes.
 //
-// Inputs
-//   the outputs of scene_mesh.vert.glsl
+// Inputs with HOLES, from scene_mesh.vert.glsl
+//   uv, material, tint   texture coordinates, number of the material, color and alpha of the vertices
 // Output
 //   depth_m   meters
 

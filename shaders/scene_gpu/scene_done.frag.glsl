@@ -2,11 +2,11 @@
 // left as they are. Only depth is written.
 //
 // Input
-//   done_tx   see antialias_done.comp.glsl
+//   done_tx   1 for a pixel of the picture that needs no more samples, else 0
 
 #include "lib/samples.lib.glsl"  // sample_position, pixel_of
 
-uniform sampler2D done_tx;  // a texel for each pixel of the picture: 0 where it needs more samples
+uniform sampler2D done_tx;
 
 void main() {
     if (texelFetch(done_tx, pixel_of(sample_position()), 0).r == 0.0) discard;

@@ -15,7 +15,9 @@
 //   normal       in the world, not unit
 //   uv           texture coordinates; zw the second set with PLACEMENTS
 //   material     number of the material
-//   tint, tangent, back_rule   see lib/tint.lib.glsl, lib/tangent.lib.glsl, scene_cover.frag.glsl
+//   tint         color and alpha of the vertices, with which those of the material are multiplied
+//   tangent      with BUMPS: the direction of u on the surface, in the world
+//   back_rule    with PEEL: how to detect back faces, BACK_... of scene_cover.frag.glsl
 
 #include "lib/tangent.lib.glsl"  // in_world
 

@@ -2,7 +2,8 @@
 // rejects all other surfaces.
 //
 // Inputs
-//   the outputs of scene_mesh.vert.glsl
+//   position_m, normal, tangent   of the surface in the world, meters; the vectors have no unit length
+//   uv, material, tint   texture coordinates, number of the material, color and alpha of the vertices
 //   eye_m   position of the camera in the world, meters
 // Output
 //   color   scene-linear rgb; alpha 1, or with PEEL the dioptres (1 / meters) of the surface
