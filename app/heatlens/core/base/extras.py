@@ -64,9 +64,9 @@ class Extra:
 
 
 BASE = Extra(
-    "",
-    "heatlens",
-    {
+    name="",
+    gives="heatlens",
+    packages={
         "fileseq": "fileseq",
         "jinja2": "jinja2",
         "mmh3": "mmh3",
@@ -96,22 +96,22 @@ _SCENE = {
 _RING = {"cbor2": "cbor2", "mido": "mido", "python-osc": "pythonosc"}
 _MIDI = "; MIDI also needs python-rtmidi, and the sound library of the system"
 EXTRAS = (
-    Extra("cluster", "A cluster", {"distributed": "distributed"}),
-    Extra("compare", "FLIP", {"flip-evaluator": "flip_evaluator"}),
-    Extra("edit", "An edit", _EDIT),
-    Extra("estimate", "Estimating depth", {"onnxruntime": "onnxruntime"}),
+    Extra(name="cluster", gives="A cluster", packages={"distributed": "distributed"}),
+    Extra(name="compare", gives="FLIP", packages={"flip-evaluator": "flip_evaluator"}),
+    Extra(name="edit", gives="An edit", packages=_EDIT),
+    Extra(name="estimate", gives="Estimating depth", packages={"onnxruntime": "onnxruntime"}),
     Extra("gui", "The window", {"glfw": "glfw", "imgui-bundle": "imgui_bundle"}, is_drawn=True),
-    Extra("heic", "HEIC", {"pillow-heif": "pillow_heif"}),
-    Extra("movie", "A movie", {"av": "av"}),
-    Extra("pdf", "A PDF", {"weasyprint": "weasyprint"}),
+    Extra(name="heic", gives="HEIC", packages={"pillow-heif": "pillow_heif"}),
+    Extra(name="movie", gives="A movie", packages={"av": "av"}),
+    Extra(name="pdf", gives="A PDF", packages={"weasyprint": "weasyprint"}),
     Extra("pictures", "A picture of 16 bits a channel", {"OpenImageIO": "OpenImageIO"}),
-    Extra("plot", "A chart", {"matplotlib": "matplotlib"}),
-    Extra("ring", "A focus ring", _RING, besides=_MIDI),
-    Extra("scene", "A mesh", _SCENE),
-    Extra("share", "Sharing", {"aiohttp": "aiohttp", "segno": "segno"}),
-    Extra("study", "A study", {}, brings=("compare", "plot")),
-    Extra("track", "Following a surface", {"opencv-python-headless": "cv2"}),
-    Extra("usd", "USD", {"usd-core": "pxr"}),
+    Extra(name="plot", gives="A chart", packages={"matplotlib": "matplotlib"}),
+    Extra(name="ring", gives="A focus ring", packages=_RING, besides=_MIDI),
+    Extra(name="scene", gives="A mesh", packages=_SCENE),
+    Extra(name="share", gives="Sharing", packages={"aiohttp": "aiohttp", "segno": "segno"}),
+    Extra(name="study", gives="A study", packages={}, brings=("compare", "plot")),
+    Extra(name="track", gives="Following a surface", packages={"opencv-python-headless": "cv2"}),
+    Extra(name="usd", gives="USD", packages={"usd-core": "pxr"}),
 )
 
 

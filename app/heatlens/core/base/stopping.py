@@ -162,10 +162,10 @@ def read_record(record: bytes) -> LeftoverFiles:
         else:
             handles_signals = sign == _HANDLES_SIGNALS
     return LeftoverFiles(
-        tuple(map(Path, unfinished_paths)),
-        tuple(map(Path, new_folders)),
-        handles_signals,
-        has_reported_stop,
+        unfinished=tuple(map(Path, unfinished_paths)),
+        new_folders=tuple(map(Path, new_folders)),
+        handles_signals=handles_signals,
+        has_reported_stop=has_reported_stop,
     )
 
 

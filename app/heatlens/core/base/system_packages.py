@@ -19,7 +19,7 @@ _FAMILIES = (
     _Packages(
         "dnf install", "mesa-libGL mesa-libEGL mesa-dri-drivers", frozenset({"fedora", "rhel"})
     ),
-    _Packages("pacman -S", "mesa libglvnd", frozenset({"arch"})),
+    _Packages(install="pacman -S", opengl="mesa libglvnd", system_ids=frozenset({"arch"})),
 )
 
 

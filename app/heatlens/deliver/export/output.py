@@ -51,7 +51,7 @@ def parse_output(text: str | os.PathLike[str]) -> Output:
     """
     path = Path(os.path.expanduser(text))
     parsed_name = parse_pattern(path.name)
-    form, frames = parsed_name or (NameForm(path.name, 0, ""), None)
+    form, frames = parsed_name or (NameForm(prefix=path.name, padding=0, suffix=""), None)
     output = Output(path.parent, form)
     suffixes = (*suffixes_written(), *MOVIE_SUFFIXES)
     if output.suffix not in suffixes or path.is_dir():

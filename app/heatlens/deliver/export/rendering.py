@@ -95,7 +95,7 @@ class FrameRendering:
         remarks = self._check_loaded_plate(frame.origin)
         if self._job.pinhole and self._job.output.is_exr and self._renderer.has_many_views:
             plate = self._make_pinhole_plate(frame)
-            return RenderedFrame(frame, plate, plate.color, remarks)
+            return RenderedFrame(planned=frame, plate=plate, pixels=plate.color, remarks=remarks)
         stopwatch.is_on = frame.frame in self._timed_frames
         rendered_frame = RenderedFrame(
             frame, self._loaded_plate(), self._render_pixels(frame), remarks

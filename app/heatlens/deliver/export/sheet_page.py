@@ -140,11 +140,11 @@ def sheet_entries(
     whole_frames = tuple(sorted({round(frame) for frame in row_frames}))
     picture_output = parse_output("sheet.####.jpg")  # no path to write: the picture is only shown
     job = ExportJob(
-        replace(shot, defocus=small_defocus),
-        whole_frames,
-        picture_output,
-        ExportOptions(missing="hold"),
-        display_settings,
+        shot=replace(shot, defocus=small_defocus),
+        frames=whole_frames,
+        output=picture_output,
+        options=ExportOptions(missing="hold"),
+        display_settings=display_settings,
     )
     plan = plan_export(job)
     renderer = make_renderer()

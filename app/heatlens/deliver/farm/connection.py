@@ -72,7 +72,7 @@ def identify_scheduler(address: str) -> SchedulerIdentity:
     except (*NO_ANSWER, TypeError, KeyError) as error:
         raise no_answer_error(address) from error
     check_version(address, version)
-    return SchedulerIdentity(address, name, own_address)
+    return SchedulerIdentity(scheduler=address, name=name, own_host=own_address)
 
 
 async def _ask_identity(

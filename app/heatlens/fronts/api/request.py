@@ -89,10 +89,10 @@ def check_render_arguments(
     pixel = None if focus_at is None else check_pair("focus_at", "a pixel (x, y)", focus_at)
     blur_fields = check_values(DefocusSettings, _select(BLUR_OPTION_NAMES, options))
     return RenderRequest(
-        None if frame is None else check_whole_number("frame", frame),
-        lens_fields,
-        pixel,
-        blur_fields,
+        frame=None if frame is None else check_whole_number("frame", frame),
+        lens_fields=lens_fields,
+        focus_at=pixel,
+        blur_fields=blur_fields,
     )
 
 

@@ -32,6 +32,6 @@ def run_check(name: str, check: Check) -> Iterator[Finding]:
     try:
         yield from check()
     except HeatlensError as error:
-        yield Finding(name, "fault", str(error))
+        yield Finding(name, state="fault", said=str(error))
     except Exception as error:  # drivers and libraries may fail in any way
-        yield Finding(name, "fault", f"{type(error).__name__}: {error}")
+        yield Finding(name, state="fault", said=f"{type(error).__name__}: {error}")

@@ -78,7 +78,7 @@ class Gpu:
         limit_texts = ", ".join(f"{_LIMITS[name]} {value}" for name, value in limits.items())
         kind = "on the processor" if details["is_software"] else "on a GPU"
         message = f"{details['renderer']}, OpenGL {details['version']}, {kind}; {limit_texts}"
-        yield Finding("OpenGL", "ok", message, details)
+        yield Finding(name="OpenGL", state="ok", said=message, details=details)
 
     def shaders(self) -> Iterator[Finding]:
         """Build every shader in every variant."""
@@ -91,7 +91,7 @@ class Gpu:
             except ShaderError as error:
                 failures.append(" ".join(str(error).split()))
         for failure in failures:
-            yield Finding("shaders", "fault", failure)
+            yield Finding(name="shaders", state="fault", said=failure)
         built = len(builds) - len(failures)
         message = f"{built} of {len(builds)} builds"
         details = {"built": built, "refused": failures}
@@ -115,7 +115,7 @@ class Gpu:
         error = self.ctx.error
         if error:
             raise GpuError(f"OpenGL reports an error: {error}.")
-        yield Finding("OpenGL errors", "ok", "none")
+        yield Finding(name="OpenGL errors", state="ok", said="none")
 
 
 def shader_steps() -> list[str]:
@@ -137,7 +137,7 @@ def _build(ctx: Device, build: Build) -> None:
     name, defines = build
     stem, stage, _ = name.split(".")
     if stage == "frag":
-        DrawProgram(ctx, _vertex_shader_of(stem), stem, defines).release()
+        DrawProgram(ctx, name=_vertex_shader_of(stem), fragment=stem, defines=defines).release()
     elif stage == "comp":
         functions = srgb_transform().glsl if stem.startswith("display/display") else ""
         ComputeProgram(ctx, name, defines, functions).release()

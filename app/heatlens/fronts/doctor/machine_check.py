@@ -47,7 +47,7 @@ def system() -> Iterator[Finding]:
         f"heatlens {details['heatlens']}, Python {details['python']}, {details['system']}, "
         f"{details['processors']} processors, {details['memory_gb']} GB"
     )
-    yield Finding("machine", "ok", message, details)
+    yield Finding(name="machine", state="ok", said=message, details=details)
 
 
 def packages() -> Iterator[Finding]:
@@ -65,7 +65,7 @@ def packages() -> Iterator[Finding]:
             )
             yield Finding("packages", "note" if part.name else "fault", message, {"missing": name})
     version_texts = ", ".join(f"{name} {version}" for name, version in versions.items())
-    yield Finding("packages", "ok", version_texts, versions)
+    yield Finding(name="packages", state="ok", said=version_texts, details=versions)
 
 
 def files() -> Iterator[Finding]:
@@ -78,7 +78,7 @@ def files() -> Iterator[Finding]:
         ((_, channels),) = read_parts(path)
     is_equal = np.array_equal(channels["Z"], values)
     message = "written and read again" if is_equal else "the data read differ from the data written"
-    yield Finding("EXR", "ok" if is_equal else "fault", message)
+    yield Finding(name="EXR", state="ok" if is_equal else "fault", said=message)
 
 
 def _import_error(module: str) -> str | None:
@@ -143,9 +143,9 @@ def fonts() -> Iterator[Finding]:
         with extra("gui").require():
             from heatlens.studio.ui.window_try import check_fonts
     except MissingPackageError as error:
-        yield Finding("fonts", "note", str(error))
+        yield Finding(name="fonts", state="note", said=str(error))
         return
-    yield Finding("fonts", "ok", check_fonts())
+    yield Finding(name="fonts", state="ok", said=check_fonts())
 
 
 def display() -> Iterator[Finding]:
@@ -154,7 +154,7 @@ def display() -> Iterator[Finding]:
         with extra("gui").require():
             from heatlens.studio.ui import window_try
     except MissingPackageError as error:
-        yield Finding("display", "note", str(error))
+        yield Finding(name="display", state="note", said=str(error))
         return
     display_name = window_try.display_variable()
     if display_name is None:

@@ -42,7 +42,7 @@ def _blur_on_gpu(
     poles = new_array(ctx, solver.between_size(_SIZE), pole_layers(kernel, "f4"), 4)
     upload(color_tx, color)
     upload(coc_tx, coc)
-    diffusion = Diffusion(color_tx, coc_tx, kernel, (1.0, 1.0))
+    diffusion = Diffusion(color=color_tx, coc=coc_tx, kernel=kernel, axis_scales=(1.0, 1.0))
     BlurPass(solver).run(diffusion, BlurTargets(poles, blurred_tx))
     result = download(blurred_tx)
     for texture in (color_tx, coc_tx, blurred_tx, poles):

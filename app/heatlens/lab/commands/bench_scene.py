@@ -76,7 +76,7 @@ def run_scene(args: argparse.Namespace, settings: DefocusSettings) -> int:
     bench = BenchFrames(headless_context(), args.solver)
     bench.check_fits(size, settings)
     source_of(shot).loader(shot, (), bench.renderer)
-    subject = Subject(args.shown, bench.renderer, shot, frames[0])
+    subject = Subject(name=args.shown, renderer=bench.renderer, shot=shot, frame=frames[0])
     with paced_progress(pull_steps(subject, frames, args.truth_views)) as report_step:
         errors = measure_pull(subject, frames, args.truth_views, report_step)
     values = asdict(errors) | {"mean": errors.mean}

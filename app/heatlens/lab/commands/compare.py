@@ -54,12 +54,12 @@ class _ScoreFormat:
 
 
 _SCORES = (
-    _ScoreFormat("psnr_db", "PSNR", "{:.3f} dB"),
-    _ScoreFormat("ssim", "SSIM", "{:.5f}"),
-    _ScoreFormat("flip", "FLIP", "{:.5f}"),
-    _ScoreFormat("flip_hdr", "HDR-FLIP", "{:.5f}"),
-    _ScoreFormat("relmse", "relMSE", "{:.6f}"),
-    _ScoreFormat("nonfinite", "nonfinite", "{:d}"),
+    _ScoreFormat(field="psnr_db", label="PSNR", form="{:.3f} dB"),
+    _ScoreFormat(field="ssim", label="SSIM", form="{:.5f}"),
+    _ScoreFormat(field="flip", label="FLIP", form="{:.5f}"),
+    _ScoreFormat(field="flip_hdr", label="HDR-FLIP", form="{:.5f}"),
+    _ScoreFormat(field="relmse", label="relMSE", form="{:.6f}"),
+    _ScoreFormat(field="nonfinite", label="nonfinite", form="{:d}"),
 )
 
 

@@ -31,10 +31,10 @@ def read_grade(path: Path, identifier: str = "") -> Grade:
     try:
         transform = library.CDLTransform.CreateFromFile(str(path), identifier)
         return Grade(
-            tuple(transform.getSlope()),
-            tuple(transform.getOffset()),
-            tuple(transform.getPower()),
-            transform.getSat(),
+            slope=tuple(transform.getSlope()),
+            offset=tuple(transform.getOffset()),
+            power=tuple(transform.getPower()),
+            saturation=transform.getSat(),
         )
     except (library.Exception, library.ExceptionMissingFile) as error:
         id_note = f" with the ID {identifier!r}" if identifier else ""

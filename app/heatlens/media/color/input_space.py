@@ -74,9 +74,9 @@ def input_space_of(
     if stated is None:
         return InputSpace(default_space, "the header names no other")
     return InputSpace(
-        default_space,
-        f"no other for {stated.attribute}",
-        _unknown_space_note(config, stated, default_space),
+        name=default_space,
+        origin=f"no other for {stated.attribute}",
+        note=_unknown_space_note(config, stated, default_space),
     )
 
 

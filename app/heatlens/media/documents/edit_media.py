@@ -85,7 +85,7 @@ def resolve_frames(
     media_rate, cut_rate = exact_rate(media.rate or float(time.rate)), exact_rate(rate)
     start = first + (span.clock.at(frames.start / cut_rate) - begin_s) * media_rate
     speed = span.clock.speed * media_rate / cut_rate
-    retime = Retime(float(start), float(speed), len(frames), media.step)
+    retime = Retime(start=float(start), speed=float(speed), count=len(frames), step=media.step)
     shown_frames = retime.source_frames(first)
     exported_frames = FrameRange(min(shown_frames), max(shown_frames))
     if shown_frames == tuple(exported_frames):

@@ -71,7 +71,9 @@ def _frame_line(decision: Any, area: _Rect) -> FrameLine:
     protection = decision.get_protection_rect()
     inner = None if protection is None else _relative_part(protection, area)
     return FrameLine(
-        decision.label or decision.id, _relative_part(decision.get_rect(), area), inner
+        name=decision.label or decision.id,
+        frame=_relative_part(decision.get_rect(), area),
+        protection=inner,
     )
 
 

@@ -89,7 +89,7 @@ class JsonEntry:
         """
         if not isinstance(self.value, dict) or entry not in self.value:
             self.refuse(f"this is no {kind} of heatlens: it has no entry {entry!r}")
-        stored = JsonEntry(self.path, entry, self.value[entry])
+        stored = JsonEntry(self.path, place=entry, value=self.value[entry])
         if stored.integer() != version:
             stored.refuse(
                 f"version {stored.integer()} is not known here, only {version}; a newer heatlens "

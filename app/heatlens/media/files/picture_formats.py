@@ -85,18 +85,18 @@ _by_pillow = partial(Writing, marks=OnUse("media.files.opened_by_ending", "marks
 # Pillow has no other name for a JPEG with further pictures behind the first, as of phones.
 FORMATS = [
     PictureFormat(
-        "PNG",
-        (".png",),
-        (b"\x89PNG",),
-        ("PNG",),
-        _by_pillow("8 bits", encoded=_encoding("png_bytes"), is_complete=is_complete_png),
+        word="PNG",
+        suffixes=(".png",),
+        begins=(b"\x89PNG",),
+        of_pillow=("PNG",),
+        writing=_by_pillow("8 bits", encoded=_encoding("png_bytes"), is_complete=is_complete_png),
     ),
     PictureFormat(
-        "JPEG",
-        (".jpg", ".jpeg"),
-        (b"\xff\xd8\xff",),
-        ("JPEG",),
-        _by_pillow(
+        word="JPEG",
+        suffixes=(".jpg", ".jpeg"),
+        begins=(b"\xff\xd8\xff",),
+        of_pillow=("JPEG",),
+        writing=_by_pillow(
             "8 bits, with losses",
             encoded=_encoding("jpeg_bytes"),
             is_complete=is_complete_jpeg,
@@ -104,19 +104,19 @@ FORMATS = [
         ),
     ),
     PictureFormat(
-        "TIFF",
-        (".tif", ".tiff"),
-        (b"II*\0", b"MM\0*"),
-        ("TIFF",),
-        _by_pillow("8 bits", encoded=_encoding("tiff_bytes"), is_complete=is_complete_tiff),
+        word="TIFF",
+        suffixes=(".tif", ".tiff"),
+        begins=(b"II*\0", b"MM\0*"),
+        of_pillow=("TIFF",),
+        writing=_by_pillow("8 bits", encoded=_encoding("tiff_bytes"), is_complete=is_complete_tiff),
     ),
     PictureFormat("HEIC", (".heic", ".heif"), of_pillow=("HEIF",)),
     PictureFormat(
-        "WebP",
-        (".webp",),
-        (b"RIFF",),
-        ("WEBP",),
-        _by_pillow(
+        word="WebP",
+        suffixes=(".webp",),
+        begins=(b"RIFF",),
+        of_pillow=("WEBP",),
+        writing=_by_pillow(
             "8 bits, with losses as in JPEG, and transparency",
             encoded=_encoding("webp_bytes"),
             is_complete=is_complete_webp,
@@ -124,24 +124,24 @@ FORMATS = [
         ),
     ),
     PictureFormat(
-        "DPX",
-        (".dpx",),
-        (b"SDPX", b"XPDS"),
+        word="DPX",
+        suffixes=(".dpx",),
+        begins=(b"SDPX", b"XPDS"),
         writing=Writing(
-            "10 bits, as displayed and not the log of film",
-            _dpx("dpx_bytes"),
-            _dpx("dpx_marks"),
-            _dpx("is_complete_dpx"),
+            note="10 bits, as displayed and not the log of film",
+            encoded=_dpx("dpx_bytes"),
+            marks=_dpx("dpx_marks"),
+            is_complete=_dpx("is_complete_dpx"),
             bits=10,
             keeps_alpha=False,
             require=_dpx("require_openimageio"),
         ),
     ),
-    PictureFormat("BMP", (".bmp",), (b"BM",), ("BMP", "DIB")),
+    PictureFormat(word="BMP", suffixes=(".bmp",), begins=(b"BM",), of_pillow=("BMP", "DIB")),
     PictureFormat("TGA", (".tga",), of_pillow=("TGA",)),
     PictureFormat("AVIF", (".avif",), of_pillow=("AVIF",)),
     PictureFormat("PFM", (".pfm",)),
-    PictureFormat("NumPy", (".npy",), (b"\x93NUMPY",)),
+    PictureFormat(word="NumPy", suffixes=(".npy",), begins=(b"\x93NUMPY",)),
 ]
 
 

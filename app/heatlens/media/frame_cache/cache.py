@@ -231,7 +231,7 @@ class FrameCache(Closing):
         try:
             return self._read(path)
         except HeatlensError as error:
-            return Damaged(path, str(error), isinstance(error, NoDepthError))
+            return Damaged(path, sentence=str(error), lacks_depth=isinstance(error, NoDepthError))
 
     def _stamps(self, path: Path) -> Stamps:
         """Return the stamps of all files that the plate at `path` is read from."""

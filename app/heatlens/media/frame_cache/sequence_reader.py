@@ -142,7 +142,7 @@ class NeighbourReader:
         path, frames = plate.path, self._neighbour_frames(plate.path)
         view = None if not frames else self._view(self._frame_number(path), plate)
         if view is None:
-            return NeighbourResult(plate, 0.0, ())
+            return NeighbourResult(plate, hidden_part=0.0, frames=())
         views, unreadable_frames = [], []
         for frame in frames:
             try:

@@ -241,7 +241,7 @@ def read_mesh(path: Path) -> Scene:
     return Scene(
         path,
         tuple(reader.meshes),
-        tuple(Instance(name, i, np.eye(4)) for i, name in enumerate(reader.names)),
+        tuple(Instance(name, mesh=i, to_world=np.eye(4)) for i, name in enumerate(reader.names)),
         tuple(reader.materials) or (Material(),),
         tuple(reader.images),
         notes=tuple(f"{path}: {note}" for note in dict.fromkeys([*missing, *reader.notes])),

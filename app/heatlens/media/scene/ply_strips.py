@@ -191,7 +191,7 @@ def _parse_elements(head: bytes) -> list[_Element]:
             case [b"format", format_name, *_]:
                 order = _ORDERS.get(format_name, "")
             case [b"element", _, count] if count.isdigit():
-                elements.append(_Element(line, int(count), []))
+                elements.append(_Element(line, count=int(count), properties=[]))
             case [b"property", *_] if elements:
                 name, kinds = words[-1].decode("latin-1"), _property_types(words)
                 if not kinds or name in dict(elements[-1].properties):

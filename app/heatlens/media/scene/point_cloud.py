@@ -62,10 +62,10 @@ def make_point_solids(
     vertices_each = offsets.shape[1]
     triangles = faces[None] + vertices_each * np.arange(len(centers))[:, None, None]
     return PointSolids(
-        (centers[:, None] + sizes[:, None, None] * offsets).reshape(-1, 3),
-        np.asarray(solid_normals, np.float64).reshape(-1, 3),
-        triangles.reshape(-1, 3).astype(np.uint32),
-        np.repeat(chosen, vertices_each),
+        positions=(centers[:, None] + sizes[:, None, None] * offsets).reshape(-1, 3),
+        normals=np.asarray(solid_normals, np.float64).reshape(-1, 3),
+        triangles=triangles.reshape(-1, 3).astype(np.uint32),
+        point=np.repeat(chosen, vertices_each),
     )
 
 

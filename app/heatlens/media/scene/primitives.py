@@ -94,10 +94,10 @@ def _make_quads(
     halves = [first_corner + np.array(half, np.uint32) for half in ((0, 1, 2), (0, 2, 3))]
     triangles = np.vstack(halves)
     return Shape(
-        convert_to_float32(positions),
-        convert_to_float32(normals),
-        convert_to_float32(uvs * (1, -1) + (0, 1)),
-        triangles,
+        positions=convert_to_float32(positions),
+        normals=convert_to_float32(normals),
+        uvs=convert_to_float32(uvs * (1, -1) + (0, 1)),
+        triangles=triangles,
     )
 
 

@@ -78,7 +78,7 @@ def parse_frame_name(name: str) -> tuple[NameForm, int | None]:
     """
     match = _NUMBERED.fullmatch(name)
     if not match or _VERSION.fullmatch(match[1]) or len(match[2].lstrip("-")) > _DIGITS_MOST:
-        return NameForm(name, 0, ""), None
+        return NameForm(prefix=name, padding=0, suffix=""), None
     prefix, digits, suffix = match.groups()
     if digits[0] == "-" and not _allows_sign(prefix):
         prefix, digits = f"{prefix}-", digits[1:]
@@ -110,7 +110,7 @@ def parse_pattern(name: str) -> tuple[NameForm, str | None] | None:
         prefix, frames = f"{prefix}-", frames[1:]
     if frames.isdecimal() and prefix[-1:].isalpha():
         prefix, frames = head, ""
-    return NameForm(prefix, parsed.zfill(), parsed.extension()), frames or None
+    return NameForm(prefix, padding=parsed.zfill(), suffix=parsed.extension()), frames or None
 
 
 def parse_frames(text: str) -> tuple[int, ...]:

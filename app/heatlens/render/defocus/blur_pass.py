@@ -153,9 +153,9 @@ def _bindings_of_axes(
     yield (
         "rows",
         Bindings(
-            {"coc_tx": diffusion.coc, "source_tx": source},
-            {"out_poles_img": targets.poles},
-            uniforms | {"axis_scale": diffusion.axis_scales[0]},
+            textures={"coc_tx": diffusion.coc, "source_tx": source},
+            images={"out_poles_img": targets.poles},
+            uniforms=uniforms | {"axis_scale": diffusion.axis_scales[0]},
         ),
     )
     yield (

@@ -46,7 +46,7 @@ class FarGuess:
 
     @cached_property
     def _pull_picture(self) -> ComputeProgram:
-        return ComputeProgram(self._ctx, "defocus/guess_pull.comp.glsl", {"FIRST": 1})
+        return ComputeProgram(self._ctx, name="defocus/guess_pull.comp.glsl", defines={"FIRST": 1})
 
     @cached_property
     def _pull(self) -> ComputeProgram:

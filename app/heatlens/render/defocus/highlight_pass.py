@@ -214,7 +214,7 @@ class HighlightListPass:
         if not is_software(ctx):  # a GPU waits for the slowest invocation
             count["LEVELS_AT_ONCE"] = HIGHLIGHT_LEVELS
         self._count = ProgramVersions(
-            lambda switches: ComputeProgram(ctx, sprites, switches), count
+            lambda switches: ComputeProgram(ctx, name=sprites, defines=switches), count
         )
         self._plan = ComputeProgram(ctx, "defocus/highlight_plan.comp.glsl")
         self._write = ProgramVersions(lambda switches: ComputeProgram(ctx, sprites, switches))

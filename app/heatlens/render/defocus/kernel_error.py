@@ -52,7 +52,7 @@ class DiscError:
         self._down_2 = (np.outer(radius, np.sin(angle)) ** 2).ravel()
         self._weight = np.outer(weight, per_angle).ravel()
         # A disc with a rim has the size at which its variance is that of the flat disc.
-        spread = np.sqrt(4 * variance(Blades(0, 0.0, 0.0), rim))
+        spread = np.sqrt(4 * variance(Blades(number=0, turn=0.0, curvature=0.0), rim))
         self._disc = np.repeat(spectrum(radius / spread, rim), _ANGLES)
 
     @cached_property

@@ -44,9 +44,9 @@ class LayerBlur:
         is_in_front, rim = plan.cut.is_before_focus, optics.disc.aperture.rim
         diffusion = Diffusion(
             layer.color,
-            layer_coc,
-            kernel_for(settings, -rim if is_in_front else rim),
-            optics.disc.half_extents,
+            coc=layer_coc,
+            kernel=kernel_for(settings, -rim if is_in_front else rim),
+            axis_scales=optics.disc.half_extents,
             resampled_px_2=plan.resampled_px_2,
             shape=optics.disc.scaled(1 / plan.reduction),
             is_in_front=is_in_front,
@@ -100,10 +100,10 @@ class LayerBlur:
         """Guess the pixels of `layer` in the list `hidden`, in short steps."""
         picture_size, blocks = picture.coc.size, blocks_for(picture.coc.size, 2)
         hidden_scratch = HiddenScratch(
-            visible_bits,
-            self._scratch.buffer("hidden blocks", list_bytes(picture_size)),
-            self._scratch.texture("hidden cost", blocks, 4),
-            self._scratch.texture("hidden match", blocks, 4)
+            bits=visible_bits,
+            blocks=self._scratch.buffer("hidden blocks", list_bytes(picture_size)),
+            cost=self._scratch.texture("hidden cost", blocks, 4),
+            match=self._scratch.texture("hidden match", blocks, 4)
             if picture.lists is not None and not picture.lists.is_exact
             else None,
         )

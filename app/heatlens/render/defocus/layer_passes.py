@@ -126,7 +126,7 @@ class HiddenFillPass:
             f"defocus/hidden_{name}.comp.glsl" for name in ("blocks", "cost", "fill")
         )
         self._block_programs = ProgramVersions(
-            lambda switches: ComputeProgram(ctx, blocks, switches)
+            lambda switches: ComputeProgram(ctx, name=blocks, defines=switches)
         )
         self._cost_programs = ProgramVersions(lambda switches: ComputeProgram(ctx, cost, switches))
         self._fill_programs = ProgramVersions(lambda switches: ComputeProgram(ctx, fill, switches))

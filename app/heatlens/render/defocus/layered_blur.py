@@ -203,7 +203,7 @@ class LayeredBlur:
         if source.lists is not None:
             blurred = scratch.texture("surroundings blurred", half_size, 4)
         half_coc = scratch.texture("surroundings coc", size, 1)
-        surroundings = Surroundings(luminance, half_coc, BlurTargets(poles, blurred))
+        surroundings = Surroundings(luminance, coc=half_coc, targets=BlurTargets(poles, blurred))
         split_steps = self._passes.split_highlights.steps(
             source.color, source.coc, optics, surroundings, out, source.positions is not None
         )
@@ -247,11 +247,11 @@ class LayeredBlur:
         picture = UnmixedPicture(
             color,
             coc,
-            scratch.texture("kind", size, 1 if lists is None else 2, "f2"),
-            scratch.texture("far", size, 4, "f2"),
-            scratch.texture("near", size, 4, "f2"),
-            lists,
-            around,
+            kind=scratch.texture("kind", size, 1 if lists is None else 2, "f2"),
+            far=scratch.texture("far", size, 4, "f2"),
+            near=scratch.texture("near", size, 4, "f2"),
+            lists=lists,
+            around=around,
         )
         rim_list, thin_list = (
             scratch.buffer(f"{name} list", list_bytes(size)) for name in ("rim", "thin")

@@ -192,7 +192,7 @@ class LineSolver(ABC):
         if key not in self._programs:
             strips = {"STRIPS": 1} if self._STRIPS else {}
             all_defines = band.system.shader_defines(band.axis) | strips | defines
-            self._programs[key] = ComputeProgram(self._ctx, shader, all_defines)
+            self._programs[key] = ComputeProgram(self._ctx, name=shader, defines=all_defines)
         return self._programs[key]
 
 

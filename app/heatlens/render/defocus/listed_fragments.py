@@ -108,7 +108,7 @@ class ListProgram:
         self, ctx: Device, shader: str, defines: Mapping[str, object] | None = None
     ) -> None:
         self._versions = ProgramVersions(
-            lambda all_defines: ComputeProgram(ctx, shader, all_defines), defines
+            lambda all_defines: ComputeProgram(ctx, name=shader, defines=all_defines), defines
         )
 
     def version(self, with_lists: bool) -> ComputeProgram:

@@ -71,7 +71,7 @@ class GatherPass:
 
     def __init__(self, ctx: Device) -> None:
         self._programs = ProgramVersions(
-            lambda switches: ComputeProgram(ctx, "defocus/gather.comp.glsl", switches)
+            lambda switches: ComputeProgram(ctx, name="defocus/gather.comp.glsl", defines=switches)
         )
         self._openings = OpeningTextures(ctx)
 
@@ -217,12 +217,12 @@ class OtherMethods:
         size = color.size
         sizes = buffer_bytes(size)
         targets = ScatterTargets(
-            scratch.texture("bin light", size, 4),
-            scratch.texture("bin cover", size, 1),
-            scratch.texture("blurred", size, 4),
-            scratch.texture("scatter cover", size, 1),
-            scratch.buffer("scatter offsets", sizes["offsets"]),
-            scratch.buffer("scatter order", sizes["pixels"]),
+            light=scratch.texture("bin light", size, 4),
+            cover=scratch.texture("bin cover", size, 1),
+            out_color=scratch.texture("blurred", size, 4),
+            out_cover=scratch.texture("scatter cover", size, 1),
+            offsets=scratch.buffer("scatter offsets", sizes["offsets"]),
+            pixels=scratch.buffer("scatter order", sizes["pixels"]),
         )
         return self._scatter.steps(color, coc, optics, targets)
 

@@ -34,11 +34,11 @@ class FrontMemory:
         """Return the memory for a view of the size of the picture."""
         row_bytes = CocFillPass.rows_bytes(size)
         return FrontMemory(
-            scratch.buffer("pixel surfaces", _PIXEL_BYTES * size[0] * size[1]),
-            scratch.texture("front view", size, 4),
-            scratch.texture("front state", size, 2),
-            scratch.texture("front coc", size, 1),
-            (
+            pixels=scratch.buffer("pixel surfaces", _PIXEL_BYTES * size[0] * size[1]),
+            view=scratch.texture("front view", size, 4),
+            state=scratch.texture("front state", size, 2),
+            coc=scratch.texture("front coc", size, 1),
+            rows=(
                 scratch.buffer("front fill diameters", row_bytes),
                 scratch.buffer("front fill weights", row_bytes),
             ),
@@ -67,11 +67,11 @@ class ViewMemory:
         """Return the memory for a view of the size of the picture."""
         (width, height), name = surfaces.coc.size, surfaces.name
         return ViewMemory(
-            scratch.texture(f"{name} view", (width, height), 4),
-            scratch.texture(f"{name} coc", (width, height), 1),
-            scratch.buffer(f"{name} heads", WORD_BYTES * (width + 1) * (height + 1)),
-            scratch.buffer(f"{name} links", _LINK_BYTES * surfaces.surface_count),
-            FrontMemory.of((width, height), scratch) if surfaces.has_all_depths else None,
+            view=scratch.texture(f"{name} view", (width, height), 4),
+            coc=scratch.texture(f"{name} coc", (width, height), 1),
+            heads=scratch.buffer(f"{name} heads", WORD_BYTES * (width + 1) * (height + 1)),
+            links=scratch.buffer(f"{name} links", _LINK_BYTES * surfaces.surface_count),
+            front=FrontMemory.of((width, height), scratch) if surfaces.has_all_depths else None,
         )
 
     @property

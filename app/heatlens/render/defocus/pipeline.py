@@ -102,7 +102,7 @@ class DefocusPipeline:
         self._ctx = ctx
         self._passes = passes
         self.scratch = Scratch(ctx)
-        self._reduced = ReducedPlate(ctx, passes.proxy, passes.proxy_lists)
+        self._reduced = ReducedPlate(ctx, plate_pass=passes.proxy, lists_pass=passes.proxy_lists)
         self._color_rounds = ColorRounds(passes.colors)
         self._layered = LayeredBlur(passes, self.scratch, self._report_progress)
         self._layer_callback = layer_callback

@@ -137,7 +137,7 @@ class ProxyPass:
 
     def __init__(self, ctx: Device) -> None:
         self._programs = ProgramVersions(
-            lambda switches: ComputeProgram(ctx, "defocus/proxy.comp.glsl", switches)
+            lambda switches: ComputeProgram(ctx, name="defocus/proxy.comp.glsl", defines=switches)
         )
 
     def run(

@@ -158,7 +158,7 @@ class _Programs:
 
     @cached_property
     def count(self) -> ComputeProgram:
-        return ComputeProgram(self.ctx, self.shader, {"COUNT": 1})
+        return ComputeProgram(self.ctx, name=self.shader, defines={"COUNT": 1})
 
     @cached_property
     def write(self) -> ComputeProgram:

@@ -46,7 +46,7 @@ def lifetimes() -> dict[str, Lifetime]:
                 if name in render_pass.private_memory
                 else last_readers.get(name, AFTER_THE_PICTURE)
             )
-            by_name[name] = Lifetime(memory or name, render_pass.name, last_pass)
+            by_name[name] = Lifetime(memory=memory or name, first=render_pass.name, last=last_pass)
     return by_name
 
 

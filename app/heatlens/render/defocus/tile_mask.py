@@ -130,7 +130,7 @@ class SegmentPass:
             },
         )
         return [
-            TileMask(masks[n], count, lists[2 * n], lists[2 * n + 1])
+            TileMask(words=masks[n], tiles=count, rows=lists[2 * n], columns=lists[2 * n + 1])
             for n, count in enumerate(tiles)
         ]
 

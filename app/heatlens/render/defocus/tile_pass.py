@@ -58,7 +58,7 @@ class TilePass:
 
     def __init__(self, ctx: Device) -> None:
         rows = {} if is_software(ctx) else {"ROWS_AT_ONCE": TILE}
-        self._layers = ListProgram(ctx, "defocus/tile_layers.comp.glsl", rows)
+        self._layers = ListProgram(ctx, shader="defocus/tile_layers.comp.glsl", defines=rows)
         self._rows = ComputeProgram(ctx, "defocus/tile_reach_rows.comp.glsl")
         self._reach = ComputeProgram(ctx, "defocus/tile_reach.comp.glsl")
         self._segments = SegmentPass(ctx)
@@ -102,7 +102,7 @@ class TilePass:
         )
         visible_bits = self._mark_visible(content.size, plans, masks, scratch)
         return [
-            LayerTiles(mask, TileList(lists[n]), visible_bits[n])
+            LayerTiles(mask, tile_list=TileList(lists[n]), visible_bits=visible_bits[n])
             for n, mask in enumerate(layer_masks)
         ]
 

@@ -81,7 +81,7 @@ def assemble(folder: Path, name: str, defines: Mapping[str, object] | None = Non
     }
     head = "".join(f"#define {key} {value}\n" for key, value in (all_defines | constants).items())
     kinds = {name: kind for file in files.values() for name, kind in file.kinds.items()}
-    return ShaderSource(f"#version 430 core\n{head}{body}", tuple(files), kinds)
+    return ShaderSource(text=f"#version 430 core\n{head}{body}", files=tuple(files), kinds=kinds)
 
 
 def _expand(
@@ -141,7 +141,9 @@ def _parse_file(path: str, _state: tuple[int, int]) -> _ShaderFile:
     """Return the parts of a file; `_state` changes when it is edited."""
     text = Path(path).read_text(encoding="utf-8")
     return _ShaderFile(
-        tuple(_split_at_includes(text)), frozenset(_WORD.findall(text)), kinds_in(text)
+        pieces=tuple(_split_at_includes(text)),
+        words=frozenset(_WORD.findall(text)),
+        kinds=kinds_in(text),
     )
 
 

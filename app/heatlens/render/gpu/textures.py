@@ -210,4 +210,4 @@ class BufferParts:
         return self.part_bytes // 4
 
     def __getitem__(self, index: int) -> BufferPart:
-        return BufferPart(self.whole, index * self.part_bytes, self.part_bytes)
+        return BufferPart(self.whole, first=index * self.part_bytes, size=self.part_bytes)

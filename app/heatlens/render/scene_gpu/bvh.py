@@ -184,7 +184,7 @@ def build_mesh_trees(meshes: Sequence[Mesh]) -> MeshTrees:
         triangles_before = triangles_before + len(mesh_triangles)
         vertices_before += len(mesh.positions_m)
     rows = np.concatenate(triangles).astype(np.uint32)
-    return MeshTrees(np.concatenate(parts), np.array(roots, np.int32), rows)
+    return MeshTrees(nodes=np.concatenate(parts), roots=np.array(roots, np.int32), triangles=rows)
 
 
 def _mesh_tree(mesh: Mesh) -> tuple[NDArray[np.void], Ints]:

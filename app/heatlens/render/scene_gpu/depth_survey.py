@@ -93,7 +93,7 @@ class DepthSurvey:
             buffers={"fragment_block": words, "count_block": self._counts},
             uniforms={"fragment_count": count, **_bin_uniforms(0.0, step)},
         )
-        return ValueBins(0.0, nearest, self._read_counts())
+        return ValueBins(low=0.0, high=nearest, counts=self._read_counts())
 
     def _count(self, depth: Texture, low: float, step: float, groups: tuple[int, int]) -> None:
         """Add the pixels of `depth` to the bins on the GPU, which begin at `low` dioptres.

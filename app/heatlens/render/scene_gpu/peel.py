@@ -35,7 +35,7 @@ class SurfaceRaster:
 
     def __init__(self, ctx: Device, raster: SceneRaster) -> None:
         self._raster = raster
-        self._cover = MeshDraw(ctx, raster.buffers, "scene_gpu/scene_cover", _PEEL)
+        self._cover = MeshDraw(ctx, raster.buffers, fragment="scene_gpu/scene_cover", defines=_PEEL)
         self._surface = MeshDraw(ctx, raster.buffers, "scene_gpu/scene_surface", _PEEL)
         self._sky = SkyDraw(ctx, _PEEL)
 
@@ -207,11 +207,11 @@ class ScenePeel:
         pixels = size[0] * size[1]
         capacity = self._capacity(size)
         return _ListMemory(
-            self._pool.buffer(f"starts {bank}", 4 * (pixels + 1)),
-            self._pool.buffer(f"words {bank}", _FRAGMENT_BYTES * capacity),
-            self._pool.texture(f"depth {bank}", size, 1),
-            self._pool.texture(f"positions {bank}", size, 4, "f2"),
-            capacity,
+            starts=self._pool.buffer(f"starts {bank}", 4 * (pixels + 1)),
+            words=self._pool.buffer(f"words {bank}", _FRAGMENT_BYTES * capacity),
+            depth=self._pool.texture(f"depth {bank}", size, 1),
+            positions=self._pool.texture(f"positions {bank}", size, 4, "f2"),
+            capacity=capacity,
         )
 
     def _sample_sides(self, width: int, fine: int) -> tuple[int, int]:

@@ -92,8 +92,8 @@ class OpenedPlates(Opened):
         return Shot(
             lens,
             defocus,
-            self.text,
-            self.options,
+            source=self.text,
+            plate_options=self.options,
             frames=self.frames,
             frames_per_second=rate_at(self.attributes) or FRAMES_PER_SECOND,
         )

@@ -83,7 +83,7 @@ def optics_of(
         frame_bins = bins if plate.fragments is None else plate.visible_bins
     occupied_dioptres, gap_dioptres = bins.occupied, gaps_of(frame_bins)
     if plate.coc_px is not None:
-        return Optics(None, occupied_dioptres, disc, gaps_px=gap_dioptres)
+        return Optics(line=None, occupied_px=occupied_dioptres, disc=disc, gaps_px=gap_dioptres)
     line = line_of(plate, lens)
     coc, ends = (
         line.at_infinity_px + line.per_dioptre_px * dioptres

@@ -153,10 +153,10 @@ class PlateOnGpu:
         largest = max(lists.words.nbytes, lists.starts.nbytes)
         check_storage_fits(self._ctx, largest, "surfaces behind the picture")
         return FragmentBuffers(
-            self._ctx.buffer(lists.starts),
-            self._ctx.buffer(lists.words),
-            (window.width, window.height),
-            lists.is_measured,
+            starts=self._ctx.buffer(lists.starts),
+            words=self._ctx.buffer(lists.words),
+            size=(window.width, window.height),
+            is_measured=lists.is_measured,
             is_exact=lists.is_measured,  # all surfaces of a deep file come from one render
         )
 

@@ -85,7 +85,7 @@ class StreamSource:
             with report_faults("The frame that was sent could not be read"):
                 plate = self._server.snapshot(options=options)
         except HeatlensError as error:
-            return _StreamPlate(origin, None, str(error))
+            return _StreamPlate(origin, plate=None, problem=str(error))
         return _StreamPlate(
             origin, None if plate is None else plate.count_bins(), self._server.problem or ""
         )
@@ -144,6 +144,6 @@ class OpenedStream(Opened):
 
     def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
         """Return a shot of the newest frame."""
-        return Shot(lens, defocus, self.text, self.options)
+        return Shot(lens, defocus, source=self.text, plate_options=self.options)
 
     # The base closes nothing: the stream keeps listening, because it may be shown again.

@@ -161,7 +161,7 @@ class Board:
 
     def follow(self, data: object) -> None:
         """Follow a JSON message. Raise HeatlensError with a sentence if that is impossible."""
-        message = JsonEntry(_MESSAGE, "", data)
+        message = JsonEntry(path=_MESSAGE, place="", value=data)
         if not isinstance(data, dict):
             message.refuse("it should be an object in braces")
         entries = dict(data)
@@ -169,8 +169,8 @@ class Board:
             of = JsonEntry(_MESSAGE, "change", entries.pop("change")).choice(list(self._changing()))
             self.change(_changed(self._changing()[of], JsonEntry(_MESSAGE, "", entries)))
         elif "do" in entries:
-            name = JsonEntry(_MESSAGE, "do", entries.pop("do")).text()
-            self._do(self._asked(name, JsonEntry(_MESSAGE, "", entries)))
+            name = JsonEntry(path=_MESSAGE, place="do", value=entries.pop("do")).text()
+            self._do(self._asked(name, JsonEntry(path=_MESSAGE, place="", value=entries)))
         elif entries:
             message.refuse("one of the entries 'do' and 'change' is missing")
 

@@ -61,7 +61,7 @@ class PictureControl:
         self.commands = ViewCommands(shared, self.view, self.references)
         self.frame_jobs = AheadJobs(shared, timeline, self.view)
         self.frame_store = store_of(shared.preferences.values, frames_folder, shared.wake)
-        self.cluster = ClusterFrames(shared, self.frame_jobs, self.frame_store)
+        self.cluster = ClusterFrames(shared, jobs=self.frame_jobs, store=self.frame_store)
         self.sides = CompareSides(self.renderer, WholePictures(self.renderer, self.cluster))
         self.looks = LookCommands(shared, self.view)
         self.saving = PictureCommands(shared, self.display, self.live)

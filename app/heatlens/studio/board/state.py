@@ -187,4 +187,4 @@ def _hyperfocal_m(lens: Lens) -> float | None:
 
 def _of_command(command: Command) -> CommandState:
     is_on = None if command.is_on is None else bool(command.is_on())
-    return CommandState(command.name, command.shown, is_on, command.why_not())
+    return CommandState(command.name, label=command.shown, is_on=is_on, barred=command.why_not())

@@ -37,7 +37,7 @@ def _checked(top: JsonEntry) -> dict[str, str]:
     """Return the keys by name of the command; refuse a malformed key, or one given twice."""
     keys: dict[str, str] = {}
     for name, key in top.mapping_of(str).items():
-        entry = JsonEntry(top.path, name, key)
+        entry = JsonEntry(top.path, place=name, value=key)
         if key and _KEY.fullmatch(key) is None:
             entry.refuse(f"{key!r} is no key such as 'Ctrl+Shift+Z', 'F11' or '['")
         holder = next((owner for owner, its in keys.items() if key and its == key), "")

@@ -244,7 +244,7 @@ def _values_from_json(top: JsonEntry) -> tuple[PreferenceValues, str]:
     for name, hint in get_type_hints(PreferenceValues).items():
         if name in top.value:
             try:
-                entry = JsonEntry(top.path, name, top.value[name])
+                entry = JsonEntry(top.path, place=name, value=top.value[name])
                 values[name] = entry.convert(hint)
                 _check_limits(entry, values[name])
             except InputError as error:

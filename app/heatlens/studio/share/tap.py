@@ -97,9 +97,9 @@ def _picture_layers(
     layers = [
         PlacedPicture(
             picture.texture,
-            top_left,
-            bottom_right,
-            clip,
+            first=top_left,
+            last=bottom_right,
+            clip=clip,
             is_nearest=False,
             is_opaque=True,
             detail=picture.detail,

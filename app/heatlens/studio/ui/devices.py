@@ -187,7 +187,7 @@ class GlfwInput:
             self._queue_event(Release(key, held_mods))
 
     def _on_button(self, _window: object, number: int, action: int, mods: int) -> None:
-        self._queue_event(Button(number, action == glfw.PRESS, imgui_mods(mods)))
+        self._queue_event(Button(number, is_down=action == glfw.PRESS, mods=imgui_mods(mods)))
 
     def _on_pointer_entered(self, window: GlfwHandle, is_inside: int) -> None:
         self._queue_event(Motion(glfw.get_cursor_pos(window) if is_inside else None))

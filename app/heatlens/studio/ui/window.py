@@ -254,7 +254,7 @@ class Loop:
     def _watch_events(self) -> None:
         """Request frames after any event."""
         note_event: Callable[..., None] = lambda *_: self._pace.note_event()  # noqa: E731
-        GlfwInput(self._window, self._input, self._pace.note_event)
+        GlfwInput(self._window, queue=self._input, wake=self._pace.note_event)
         for register in (
             glfw.set_framebuffer_size_callback,
             glfw.set_window_refresh_callback,

@@ -66,7 +66,7 @@ class Aperture(OpeningFields):
         """The blades, for the functions of `core/model/lens/opening.py`; none with an image."""
         turn = math.radians(90.0 + self.blade_rotation_deg)
         blades = self.blades if self.aperture_image is None else 0
-        return Blades(blades, turn, self.blade_curvature)
+        return Blades(number=blades, turn=turn, curvature=self.blade_curvature)
 
     @property
     def grid(self) -> ImageGrid | None:

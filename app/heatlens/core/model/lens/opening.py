@@ -175,7 +175,7 @@ def variance(blades: Blades, rim: float) -> float:
 def variances(barrel: Barrel) -> Pair:
     """Return the variance of a round disc that a barrel cuts along x, its shift, and along y."""
     angle, _ = _angles()
-    radius = rim_radius(angle, Blades(0, 0.0, 0.0), barrel)
+    radius = rim_radius(angle, Blades(number=0, turn=0.0, curvature=0.0), barrel)
     area = np.sum(radius**2) / 2
     along, across = (
         float(np.sum(radius**4 * component**2) / 4 / area)

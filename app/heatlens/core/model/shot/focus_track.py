@@ -63,7 +63,7 @@ def _sample(shot: Shot, time: float) -> Sample:
     try:
         lens = shot.lens_at(time)
     except HeatlensError:  # between two keys of a long lens and a near focus
-        return Sample(time, 0.0, 0.0, 0.0)
+        return Sample(frame=time, focus=0.0, near=0.0, far=0.0)
     return Sample(
         time, 1.0 / lens.focus_distance_m, 1.0 / near_limit_m(lens), 1.0 / far_limit_m(lens)
     )

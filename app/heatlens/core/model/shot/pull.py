@@ -175,7 +175,7 @@ def _hold_ends(keys: list[Key], first: float, last: float, other_keys_curve: Cur
         return [replace(keys[0], interpolation=Interpolation.HOLD), Key(last, keys[0].value)]
     held_keys = list(keys)
     if keys[0].frame > first and any(key.frame < first for key in other_keys_curve.keys):
-        held_keys.insert(0, Key(first, keys[0].value, Interpolation.HOLD))
+        held_keys.insert(0, Key(frame=first, value=keys[0].value, interpolation=Interpolation.HOLD))
     if keys[-1].frame < last and any(key.frame > last for key in other_keys_curve.keys):
         held_keys[-1] = replace(held_keys[-1], interpolation=Interpolation.HOLD)
         held_keys.append(Key(last, keys[-1].value))

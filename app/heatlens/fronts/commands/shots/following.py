@@ -161,4 +161,4 @@ def _parse_pursuit(text: str) -> Pursuit:
     match = _PULL.fullmatch(text)
     if match is None:
         raise InputError(f"--follow-pull {text}: write a mark, a frame and a length: B@1040+18.")
-    return Pursuit(match[1], int(match[2]), int(match[3]))
+    return Pursuit(mark=match[1], start_frame=int(match[2]), frames=int(match[3]))

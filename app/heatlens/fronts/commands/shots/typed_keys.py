@@ -36,9 +36,9 @@ def _make_key(text: str, parameter: LensParameter, match: re.Match[str]) -> Key:
     is_focus = parameter is LensParameter.FOCUS_DISTANCE
     try:
         return Key(
-            float(frame),
-            parse_distance_m(value) if is_focus else float(value),
-            Interpolation.SMOOTH if path is None else Interpolation(path),
+            frame=float(frame),
+            value=parse_distance_m(value) if is_focus else float(value),
+            interpolation=Interpolation.SMOOTH if path is None else Interpolation(path),
         )
     except ValueError:
         raise _key_error(text) from None

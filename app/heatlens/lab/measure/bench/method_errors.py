@@ -282,10 +282,10 @@ def _ground() -> Mesh:
 def _quad(corners: ArrayLike, normal: ArrayLike, uvs: ArrayLike) -> Mesh:
     """Return a mesh of two triangles with these four corners."""
     return Mesh(
-        np.asarray(corners, np.float32),
-        np.tile(np.asarray(normal, np.float32), (4, 1)),
-        np.asarray(uvs, np.float32),
-        np.array(((0, 1, 2), (0, 2, 3)), np.uint32),
+        positions_m=np.asarray(corners, np.float32),
+        normals=np.tile(np.asarray(normal, np.float32), (4, 1)),
+        uvs=np.asarray(uvs, np.float32),
+        triangles=np.array(((0, 1, 2), (0, 2, 3)), np.uint32),
     )
 
 

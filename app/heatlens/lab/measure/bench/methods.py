@@ -98,7 +98,7 @@ def uniform_coc_scene(size: tuple[int, int], diameter_px: float) -> Scene:
     distance_m = wall_m(size[0], diameter_px, LENS)
     wall = _wall(size, diameter_px, distance_m, LENS)
     glow = Material("wall", _BLACK, emission=(1.0, 1.0, 1.0), emission_map=0)
-    instance = Instance("wall", 0, np.eye(4))
+    instance = Instance(name="wall", mesh=0, to_world=np.eye(4))
     picture = _wall_picture(size, diameter_px)
     return Scene(Path("synthetic"), (wall,), (instance,), (glow,), (picture,), daylight=_NIGHT)
 
@@ -128,10 +128,10 @@ def _wall(size: tuple[int, int], margin_px: float, distance_m: float, lens: Lens
     across, down = (pixel_m * (pixels - np.array(size) / 2)).T
     positions = np.stack([across, -down, np.full_like(down, -distance_m)], axis=1)
     return Mesh(
-        positions.astype(np.float32),
-        np.tile(np.array((0.0, 0.0, 1.0), np.float32), (len(positions), 1)),
-        (pixels / size).astype(np.float32),
-        _triangles(len(x), len(y)),
+        positions_m=positions.astype(np.float32),
+        normals=np.tile(np.array((0.0, 0.0, 1.0), np.float32), (len(positions), 1)),
+        uvs=(pixels / size).astype(np.float32),
+        triangles=_triangles(len(x), len(y)),
     )
 
 

@@ -111,7 +111,7 @@ def _plate(
     convention = DepthConvention.COC if depth_m is None else DepthConvention.DISTANCE
     return Plate(
         path=Path("synthetic"),
-        pixels=ReadPixels(rgba, depth_m, coc),
+        pixels=ReadPixels(color=rgba, depth_m=depth_m, coc_px=coc),
         has_alpha=False,
         data_window=window,
         display_window=window,

@@ -154,9 +154,9 @@ def _depth_by_image_name(image: TevImage, word: str) -> _DepthImage | None:
     """Return the red or only channel of an image whose name contains a word for depth."""
     by_letter = {key.lower(): key for key in reversed(image.planes)}
     if {"r", "g", "b"} <= by_letter.keys():
-        return _DepthImage(image, by_letter["r"], f"{word}.R")
+        return _DepthImage(image, key=by_letter["r"], name=f"{word}.R")
     if len(image.planes) == 1:
-        return _DepthImage(image, next(iter(image.planes)), f"{word}.V")
+        return _DepthImage(image, key=next(iter(image.planes)), name=f"{word}.V")
     return None
 
 

@@ -276,7 +276,7 @@ class DeepPart:
             channel: np.concatenate([piece[k] for piece in pieces_in_order]).astype(np.float32)
             for k, channel in enumerate(channels)
         }
-        return DeepBand(first, counts.ravel(), values)
+        return DeepBand(first_row=first, counts=counts.ravel(), values=values)
 
     def _read_rows(
         self, file: BinaryIO, chunk: _Chunk, channels: Sequence[int]

@@ -48,10 +48,10 @@ def concatenate_fragments(parts: list[Fragments]) -> Fragments:
     if len(parts) == 1:
         return parts[0]
     return Fragments(
-        np.concatenate([part.pixel for part in parts]),
-        np.concatenate([part.color for part in parts]),
-        np.concatenate([part.alpha for part in parts]),
-        np.concatenate([part.depth_m for part in parts]),
+        pixel=np.concatenate([part.pixel for part in parts]),
+        color=np.concatenate([part.color for part in parts]),
+        alpha=np.concatenate([part.alpha for part in parts]),
+        depth_m=np.concatenate([part.depth_m for part in parts]),
     )
 
 
@@ -178,11 +178,11 @@ class DeepSamples:
     def select(self, chosen: NDArray[np.bool_]) -> "DeepSamples":
         """Return the samples that a mask chooses."""
         return DeepSamples(
-            self.pixel[chosen],
-            self.color[chosen],
-            self.alpha[chosen],
-            self.z[chosen],
-            self.back[chosen],
+            pixel=self.pixel[chosen],
+            color=self.color[chosen],
+            alpha=self.alpha[chosen],
+            z=self.z[chosen],
+            back=self.back[chosen],
         )
 
 
@@ -202,10 +202,10 @@ def slice_volumes(samples: DeepSamples) -> tuple[Fragments, int]:
     is_thin = ~is_thick
     slices = _cut_slices(samples.select(is_thick))
     return Fragments(
-        np.concatenate([samples.pixel[is_thin], slices.pixel]),
-        np.concatenate([samples.color[is_thin], slices.color]),
-        np.concatenate([samples.alpha[is_thin], slices.alpha]),
-        np.concatenate([middle[is_thin], slices.depth_m]),
+        pixel=np.concatenate([samples.pixel[is_thin], slices.pixel]),
+        color=np.concatenate([samples.color[is_thin], slices.color]),
+        alpha=np.concatenate([samples.alpha[is_thin], slices.alpha]),
+        depth_m=np.concatenate([middle[is_thin], slices.depth_m]),
     ), int(is_thick.sum())
 
 
@@ -227,8 +227,8 @@ def _cut_slices(samples: DeepSamples) -> Fragments:
     whole_alpha = samples.alpha[sample_index].astype(np.float64)
     alpha = -np.expm1(share * np.log1p(-np.minimum(whole_alpha, 1 - 1e-7)))
     return Fragments(
-        samples.pixel[sample_index],
-        (samples.color[sample_index] * (alpha / whole_alpha)[:, None]).astype(np.float32),
-        alpha.astype(np.float32),
-        ((np.maximum(near, 0) + far) / 2).astype(np.float32),
+        pixel=samples.pixel[sample_index],
+        color=(samples.color[sample_index] * (alpha / whole_alpha)[:, None]).astype(np.float32),
+        alpha=alpha.astype(np.float32),
+        depth_m=((np.maximum(near, 0) + far) / 2).astype(np.float32),
     )

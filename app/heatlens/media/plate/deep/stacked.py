@@ -194,10 +194,10 @@ def fragments_of(surface: Surface, first: int, last: int) -> Fragments:
     with np.errstate(divide="ignore"):
         depth_m = np.float32(1.0) / surface.lists.dioptres[list_range]
     listed_fragments = Fragments(
-        np.repeat(np.arange(len(numbers) - 1), np.diff(numbers)),
-        surface.lists.color[list_range].astype(np.float32) * cover[:, None],
-        cover,
-        depth_m,
+        pixel=np.repeat(np.arange(len(numbers) - 1), np.diff(numbers)),
+        color=surface.lists.color[list_range].astype(np.float32) * cover[:, None],
+        alpha=cover,
+        depth_m=depth_m,
     )
     return concatenate_fragments(
         [_visible_fragments(rgba, depth, is_there & ~begins_with_front), listed_fragments]
@@ -210,7 +210,7 @@ def _visible_fragments(
     """Return the visible surface of each pixel of a mask (P,) as a fragment."""
     pixel = np.flatnonzero(is_there)
     alpha = np.minimum(rgba[pixel, 3], np.float32(1.0))
-    return Fragments(pixel, rgba[pixel, :3], alpha, depth_m[pixel])
+    return Fragments(pixel, color=rgba[pixel, :3], alpha=alpha, depth_m=depth_m[pixel])
 
 
 def move_lists(lists: FragmentLists, window: Box, target: Box) -> FragmentLists:

@@ -144,7 +144,7 @@ def _from_distance(raw: RawDepth, scene_unit_m: float) -> _ConvertedDepth:
         )
     infinite, infinite_notes = _mask_nothing_hit(raw)
     bad = ~(depth > 0) & ~infinite  # also true of NaN
-    return _ConvertedDepth(depth, infinite, bad, notes + infinite_notes)
+    return _ConvertedDepth(values=depth, infinite=infinite, bad=bad, notes=notes + infinite_notes)
 
 
 # Pixels without a measurement are filled from their neighbors and counted, as NaN is. Taken as a

@@ -76,7 +76,7 @@ def count_flat_votes(
     step = _HALF_STEP if _fits_half_floats(magnitude) else _FLOAT_STEP
     distance = inverse = examined = 0
     if _is_single_ramp(magnitude):
-        return FlatVotes(0, 0, 0)
+        return FlatVotes(distance=0, inverse=0, examined=0)
     for first, middle, last in _pixel_triples(magnitude.astype(np.float64)):
         share, is_decisive = _arithmetic_share(first, middle, last, step, integer_step)
         distance += int(np.count_nonzero(is_decisive & (np.abs(share) < _TOLERANCE)))

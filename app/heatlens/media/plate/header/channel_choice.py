@@ -100,12 +100,12 @@ def choose_color(
 
 def color_layers_among(names: Iterable[str]) -> tuple[str, ...]:
     """Return the layers among full channel names that `choose_color` could take."""
-    return tuple(_color_layers([ChannelRef(0, name, name) for name in names]))
+    return tuple(_color_layers([ChannelRef(part=0, key=name, full_name=name) for name in names]))
 
 
 def depth_channels_first(names: Iterable[str]) -> tuple[str, ...]:
     """Sort full channel names so that the most likely depth channels come first."""
-    refs = [ChannelRef(0, name, name) for name in names]
+    refs = [ChannelRef(part=0, key=name, full_name=name) for name in names]
     words = (*DEPTH_WORDS, *_COC_WORDS)
     ranks = {ref.full_name: _depth_rank(ref, refs, words, "") for ref in refs}
     return tuple(sorted(ranks, key=lambda name: (ranks[name] is None, ranks[name] or 0)))

@@ -29,7 +29,9 @@ class Primaries:
 
 
 REC709 = Primaries(
-    "linear Rec.709", "lin_rec709_scene", (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, *_D65)
+    name="linear Rec.709",
+    interop_id="lin_rec709_scene",
+    chromaticities=(0.64, 0.33, 0.30, 0.60, 0.15, 0.06, *_D65),
 )
 AP0 = Primaries(
     "ACES2065-1", "lin_ap0_scene", (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, *_ACES_WHITE)
@@ -80,7 +82,7 @@ def _find_by_name(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
     if not isinstance(name, str) or name.strip() in _MEANINGLESS_IDS:
         return None
     named_primaries = next((known for known in KNOWN if known.interop_id == name.strip()), None)
-    return HeaderPrimaries("colorInteropID", name.strip(), named_primaries)
+    return HeaderPrimaries(attribute="colorInteropID", value=name.strip(), known=named_primaries)
 
 
 def _find_by_numbers(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
@@ -96,7 +98,7 @@ def _find_by_numbers(attributes: Mapping[str, object]) -> HeaderPrimaries | None
     )
     matching = next((known for known in KNOWN if _are_chromaticities_of(values, known)), None)
     if matching is not None or not _are_valid_chromaticities(values):
-        return HeaderPrimaries("chromaticities", text, matching)
+        return HeaderPrimaries(attribute="chromaticities", value=text, known=matching)
     header_space = Primaries("the header's primaries", "", tuple(float(value) for value in values))
     return HeaderPrimaries("chromaticities", text, known=None, primaries=header_space)
 
@@ -117,7 +119,7 @@ def _find_by_container(attributes: Mapping[str, object]) -> HeaderPrimaries | No
     """Recognise SMPTE ST 2065-4: files with this flag hold ACES2065-1 and nothing else."""
     if attributes.get("acesImageContainerFlag") != 1:
         return None
-    return HeaderPrimaries("acesImageContainerFlag", "1", AP0)
+    return HeaderPrimaries(attribute="acesImageContainerFlag", value="1", known=AP0)
 
 
 def _are_chromaticities_of(values: NDArray[np.floating], known: Primaries) -> bool:

@@ -125,7 +125,7 @@ def find_cryptomattes(path: Path, parts: Sequence[Part]) -> tuple[Cryptomatte, .
     for name, attributes in _attributes_by_name(headers).items():
         ranks = _find_ranks(refs, name)
         if ranks:
-            mattes.append(Cryptomatte(name, ranks, attributes, path.parent))
+            mattes.append(Cryptomatte(name, ranks, header=attributes, folder=path.parent))
     return tuple(mattes)
 
 

@@ -102,7 +102,7 @@ def extend_cutout(plate: Plate, wide_plate: Plate) -> Plate:
         paste(_stored_depth(surroundings), depth),
         is_coc,
     )
-    wide_cutout = Cutout(light, share, paste(cutout.depth, depth), pixels)
+    wide_cutout = Cutout(light, share, depth=paste(cutout.depth, depth), surroundings=pixels)
     if cutout.backdrop is not None:
         wide_cutout = replace(wide_cutout, backdrop=paste(cutout.backdrop, wide_plate.color))
     return replace(wide_plate, cutout=wide_cutout)

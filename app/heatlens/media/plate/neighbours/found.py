@@ -76,7 +76,7 @@ def with_neighbours(view: View, other_views: Sequence[View], border_px: int = 0)
     """
     moved_frames, left_out = _select_usable(view, other_views)
     if not moved_frames:
-        return NeighbourResult(view.plate, 0.0, (), left_out)
+        return NeighbourResult(view.plate, hidden_part=0.0, frames=(), left_out=left_out)
     plate, view = view.plate, _add_border(view, moved_frames, border_px)
     canvas = canvas_of(view)
     layers = _find_layers(view, moved_frames, canvas)

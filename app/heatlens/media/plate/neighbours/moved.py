@@ -161,6 +161,6 @@ def find_moving_depths(
     reach = max(1, round(_REACH * probe.depth_m.shape[1] / BLOCK))
     return MovingDepths(
         probe.view.corner,
-        filter_within(near_m, reach, np.minimum),
-        filter_within(far_m, reach, np.maximum),
+        near_m=filter_within(near_m, reach, np.minimum),
+        far_m=filter_within(far_m, reach, np.maximum),
     )

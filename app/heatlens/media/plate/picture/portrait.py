@@ -87,7 +87,7 @@ def _convert_google_depth(path: Path, xmp: str) -> InnerDepth | None:
     else:
         depth = near_m * far_m / (far_m - fraction * (far_m - near_m))
     why = f"The photo holds it, as {format_name} from {near_m:g} to {far_m:g} m."
-    return InnerDepth(depth.astype(np.float32), DepthConvention.DISTANCE, why)
+    return InnerDepth(values=depth.astype(np.float32), convention=DepthConvention.DISTANCE, why=why)
 
 
 def _find_google_map(path: Path, xmp: str) -> bytes | None:
@@ -151,7 +151,7 @@ def _convert_heic_depth(
     if low is not None and high is not None and 0 <= low < high:
         dioptres = (low + values / full_scale * (high - low)).astype(np.float32)
         why = f"The photo holds it, as disparity from {low:g} to {high:g} dioptres."
-        return InnerDepth(dioptres, DepthConvention.INVERSE, why)
+        return InnerDepth(values=dioptres, convention=DepthConvention.INVERSE, why=why)
     why = "The photo holds it, as disparity, white near."
     return InnerDepth(values, DepthConvention.DISPARITY, why, full_scale)
 

@@ -53,7 +53,7 @@ def _follow_surface(
     plate = plate_at(click.frame)
     if not plate.has_distances:
         raise no_distances_error(plate)
-    tracker = SurfaceTracker(plate, click.x_px, click.y_px)
+    tracker = SurfaceTracker(plate, x=click.x_px, y=click.y_px)
     sights = {click.frame: tracker.sight}
     return sights | {
         frame: tracker.step(plate_at(frame)) for frame in next_frames if frame != click.frame

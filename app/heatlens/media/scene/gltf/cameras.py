@@ -56,10 +56,10 @@ class GltfCameras:
         lengths_mm = self._focal_lengths_mm(number, camera_record.object_at("perspective"))
         is_animated = len(lengths_mm) > 1
         scene_camera = SceneCamera(
-            _make_unique(name, [other_camera.name for other_camera in self.cameras]),
-            self._read_track(node, node_record),
-            lengths_mm[0],
-            SENSOR_WIDTH_MM,
+            name=_make_unique(name, [other_camera.name for other_camera in self.cameras]),
+            track=self._read_track(node, node_record),
+            focal_length_mm=lengths_mm[0],
+            sensor_width_mm=SENSOR_WIDTH_MM,
             lens_frames=tuple(self.animation.frames or ()) if is_animated else (),
             lens_tracks={"focal_length_mm": lengths_mm} if is_animated else {},
             is_width_assumed=True,

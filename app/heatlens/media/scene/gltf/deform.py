@@ -157,7 +157,7 @@ def read_skin(gltf: GltfFile, animation: Animation, index: int) -> Skin:
     if len(rows) < len(joints):
         record.refuse(f"it has {len(joints)} joints, but {len(rows)} matrices")
     matrices = rows[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
-    return Skin(animation, tuple(joints), matrices)
+    return Skin(animation, joints=tuple(joints), inverse_binds=matrices)
 
 
 def read_binding(vertices: Vertices, mesh: Mesh, skin: Skin) -> Binding | None:
@@ -189,8 +189,8 @@ def read_binding(vertices: Vertices, mesh: Mesh, skin: Skin) -> Binding | None:
     vertex_index = slice(None) if mesh.sources is None else mesh.sources
     return Binding(
         skin,
-        bones[vertex_index][:, used_columns].astype(np.intp),
-        weight_shares[vertex_index][:, used_columns],
+        joints=bones[vertex_index][:, used_columns].astype(np.intp),
+        weights=weight_shares[vertex_index][:, used_columns],
     )
 
 

@@ -42,7 +42,7 @@ class Record:
         """Return the object at a path of names, or an empty one if there is none."""
         record = self
         for name in names:
-            missing = JsonEntry(self.entry.path, f"{record.entry.place}.{name}", {})
+            missing = JsonEntry(self.entry.path, place=f"{record.entry.place}.{name}", value={})
             record = Record(record.entry_at(name) if record.has(name) else missing)
         return record
 

@@ -149,7 +149,7 @@ def _read_instances(
             offsets.append(copies)
     if not nodes:
         raise InputError(f"{gltf.path}: there is nothing in this scene to look at.")
-    node_motion = _NodeMotion(animation, tuple(nodes), np.concatenate(offsets))
+    node_motion = _NodeMotion(animation, nodes=tuple(nodes), offsets=np.concatenate(offsets))
     worlds = np.concatenate([animation.worlds(animation.first_frame), np.eye(4)[None]])
     to_world = worlds[nodes] @ node_motion.offsets
     _check_matrices(gltf, to_world)

@@ -45,7 +45,7 @@ class Kind:
 
 def _make_kind(read: str = "", lost: _Losses | None = None, **within: str) -> Kind:
     """Return a kind; `read` holds patterns separated by spaces."""
-    return Kind(tuple(read.split()), within, lost or {})
+    return Kind(read=tuple(read.split()), within=within, lost=lost or {})
 
 
 def _loses_always(words: str) -> tuple[str, Callable[[object], bool]]:

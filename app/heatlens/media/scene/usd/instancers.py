@@ -93,7 +93,7 @@ class Instancers:
         mask = np.array(instancer.ComputeMaskAtTime(time) or np.ones(len(kinds)), bool)
         if not len(transforms) == len(kinds) == len(mask):
             self.notes["A point instancer with inconsistent data is left out."] = None
-            return Copies((), (), np.zeros((1, 0, 4, 4)))
+            return Copies(names=(), meshes=(), local=np.zeros((1, 0, 4, 4)))
         is_drawable = np.asarray((np.abs(transforms) <= _FAR_MOST).all(axis=(1, 2)))
         if not is_drawable[mask].all():
             self.notes["Copies of an instancer at infinity or too far away are left out."] = None
@@ -111,7 +111,7 @@ class Instancers:
                 meshes += [mesh] * len(kind_transforms)
                 local.append(kind_transforms @ inner)
                 check_instances(self.stage.path, len(names))
-        return Copies(tuple(names), tuple(meshes), np.concatenate(local)[None])
+        return Copies(names=tuple(names), meshes=tuple(meshes), local=np.concatenate(local)[None])
 
     def _prototype_meshes(
         self, path: object, time: object, level: int

@@ -105,10 +105,10 @@ def _build_scene(stage: UsdStage) -> Scene:
         instances += map(_Instance, copy.names, copy.meshes, repeat(number))
     check_instances(stage.path, len(instances))
     motion = _SampledMotion(
-        geometry_frames.first if geometry_frames else STILL_FRAME,
-        _sample_matrices(stage, drawn_prims, geometry_frames),
-        tuple(instance.number for instance in instances),
-        _join_copies([copy.local for copy in copies]),
+        first=geometry_frames.first if geometry_frames else STILL_FRAME,
+        matrices=_sample_matrices(stage, drawn_prims, geometry_frames),
+        matrix_numbers=tuple(instance.number for instance in instances),
+        local=_join_copies([copy.local for copy in copies]),
     )
     return Scene(
         stage.path,

@@ -64,9 +64,9 @@ class GlDevice(Device):
         self.name, self.vendor = str(info["GL_RENDERER"]), str(info["GL_VENDOR"])
         self.version = str(info["GL_VERSION"])
         self.limits = Limits(
-            int(info["GL_MAX_TEXTURE_SIZE"]),
-            int(info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]),
-            int(info["GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS"]),
+            texture_side_px=int(info["GL_MAX_TEXTURE_SIZE"]),
+            storage_block_bytes=int(info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]),
+            group_invocations=int(info["GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS"]),
         )
         self.is_software = any(name in self.name.lower() for name in _SOFTWARE)
         self.fills_nan = bool(os.environ.get(NAN_VARIABLE))

@@ -97,4 +97,4 @@ def _shrink(light: FloatImage) -> CachedPicture:
     height, width = (max(1, length // side) for length in light.shape[:2])
     squares = light[: height * side, : width * side].reshape(height, side, width, side, 4)
     box = Box(0, 0, width, height)
-    return CachedPicture(to_half(squares.mean((1, 3))), box, box)
+    return CachedPicture(pixels=to_half(squares.mean((1, 3))), data_window=box, display_window=box)

@@ -68,7 +68,7 @@ def camera_import(shared: Shared) -> _Import[CameraSamples]:
         sentence = f"The lens is that of {camera.name} in {path.name}. {' '.join(camera.notes)}"
         return with_camera(shot, camera), sentence.strip()
 
-    return _Import(shared, lambda path: read_camera(str(path)), apply_camera)
+    return _Import(shared, read_file=lambda path: read_camera(str(path)), apply=apply_camera)
 
 
 def opening_import(shared: Shared) -> _Import[OpeningImage]:
@@ -79,7 +79,7 @@ def opening_import(shared: Shared) -> _Import[OpeningImage]:
         sentence = f"The opening of the lens is {Path(image.path).name}. {' '.join(image.notes)}"
         return replace(shot, lens=replace(shot.lens, aperture_image=image)), sentence.strip()
 
-    return _Import(shared, read_opening_image, apply_opening)
+    return _Import(shared, read_file=read_opening_image, apply=apply_opening)
 
 
 def grade_import(shared: Shared) -> _Import[Grade]:
@@ -88,7 +88,7 @@ def grade_import(shared: Shared) -> _Import[Grade]:
     def apply_grade(grade: Grade, path: Path) -> tuple[Shot, str]:
         return replace(shared.editing.shot, grade=grade), f"The grade is that of {path.name}."
 
-    return _Import(shared, read_grade, apply_grade)
+    return _Import(shared, read_file=read_grade, apply=apply_grade)
 
 
 class FramingImport(Commands):

@@ -44,7 +44,7 @@ def mark_track(name: str, runs: Iterable[Iterable[tuple[int, float | None]]]) ->
         run_lines = [visible_part for visible_part in visible_parts if visible_part]
         lines += run_lines
         bridges += [(line[-1], next_line[0]) for line, next_line in pairwise(run_lines)]
-    return MarkTrack(name, tuple(lines), tuple(bridges))
+    return MarkTrack(name, lines=tuple(lines), bridges=tuple(bridges))
 
 
 _MatteKey = tuple[str, MattePart]

@@ -76,7 +76,7 @@ def distance_ticks(
     width_of    measures a text; a gap as wide as "0" is kept between texts
     """
     gap, (left, right) = width_of("0"), ends_x
-    ticks = [Tick(math.inf, INFINITY, right - width_of(INFINITY))]
+    ticks = [Tick(distance_m=math.inf, text=INFINITY, text_x=right - width_of(INFINITY))]
     for steps in _ROUND_STEPS:
         for distance_m in round_distances_m(near_m, unit, steps):
             text = tick_text(distance_m, unit)

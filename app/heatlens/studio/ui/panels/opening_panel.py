@@ -213,7 +213,7 @@ def image_cells(
 
     The box around a round disc has `_CELLS` cells in each direction; black runs are omitted.
     """
-    disc = DiscShape(aperture, 1.0, PictureField.of(_SHAPE))
+    disc = DiscShape(aperture, pixel_aspect_ratio=1.0, in_picture=PictureField.of(_SHAPE))
     y, x = np.mgrid[0:_CELLS, 0:_CELLS] + 0.5 - _CELLS / 2
     light = disc.coverage(x, y, _CELLS / 2, 0.5, position)
     gray_levels = np.round(_GRAY_LEVELS * (light / light.max()) ** (1 / 2.2)).astype(int)

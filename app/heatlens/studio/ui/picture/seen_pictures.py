@@ -165,10 +165,10 @@ class SeenPictures:
         looks = [look_named(self._facts.shot, name) for name in names]
         return tuple(
             Tile(
-                "",
-                f"now   {self._lens_words(self._facts.lens)}",
-                a,
-                a.width != width,
+                name="",
+                words=f"now   {self._lens_words(self._facts.lens)}",
+                texture=a,
+                is_proxy=a.width != width,
                 is_current_lens=False,
             )
             if look is None

@@ -124,7 +124,7 @@ class ViewportPanel:
         if not (imgui.is_item_active() and imgui.is_mouse_down(imgui.MouseButton_.right)):
             return None
         kind: Literal["truck", "orbit"] = "truck" if io.key_ctrl else "orbit"
-        return CameraDrag(kind, io.mouse_delta.x / height, io.mouse_delta.y / height)
+        return CameraDrag(kind, right=io.mouse_delta.x / height, down=io.mouse_delta.y / height)
 
     def paint(self, target: Framebuffer, screen_px: tuple[int, int]) -> None:
         """Draw the pictures of this frame; call this before ImGui draws over them."""

@@ -157,8 +157,8 @@ class _Heights:
         return self.head + cards * (self.card + self.gap) + self.hint
 
 
-_ROOMY = _Heights(5.2, 5.8, 0.6, 4.2, 1.2, 3.0)
-_COMPACT = _Heights(3.6, 3.4, 0.4, 2.4, 0.6, 2.7)
+_ROOMY = _Heights(head=5.2, card=5.8, gap=0.6, hint=4.2, recent_head=1.2, row=3.0)
+_COMPACT = _Heights(head=3.6, card=3.4, gap=0.4, hint=2.4, recent_head=0.6, row=2.7)
 _ROOMY_FROM_EM = 42.0
 
 
@@ -221,12 +221,12 @@ def lay_out(
     x = max((width - content_width) / 2, 0.0) * em
     return StartLayout(
         x,
-        content_width * em,
-        _scale_band(head, em),
-        bands,
-        card_count,
-        _scale_band(hint, em),
-        is_roomy,
+        width=content_width * em,
+        head=_scale_band(head, em),
+        cards=bands,
+        permanent_count=card_count,
+        hint=_scale_band(hint, em),
+        is_roomy=is_roomy,
     )
 
 

@@ -95,7 +95,7 @@ class StartScreen:
             # A shot opens its source, which may have a card of its own.
             is_opening = opening is not None and card.text == (self._chosen_text or opening)
             is_selected = row == self._row
-            area = CardArea(card_corner, card_end, column)
+            area = CardArea(corner=card_corner, end=card_end, column_width=column)
             draw_card(card, row + 1, area, self._pictures, is_selected, is_opening)
             if is_selected and row != old_row:
                 imgui.set_scroll_here_y()
