@@ -336,6 +336,8 @@ FORMATS = {
     "tev": Format(_tev, _stream),
     "osc": Format(osc_packets.datagrams, osc_packets.received_values),
     "opentrackio": Format(
-        ring_packets.packets, ring_packets.received_values, ring_packets.with_checksums
+        write=ring_packets.packets,
+        read=ring_packets.received_values,
+        seal=ring_packets.with_checksums,
     ),
 }

@@ -18,7 +18,7 @@ def fuzzer():
 def test_readers_of_damaged_files_refuse_or_return_finite_values(fuzzer, name, tmp_path, request):
     minutes = request.config.getoption("--fuzz-minutes")
     few, seconds = (None, 60 * minutes) if minutes else (FEW, None)
-    counts = fuzzer.counts(Job(name, SEED, seconds, few, keep=str(tmp_path)))
+    counts = fuzzer.counts(Job(name, seed=SEED, seconds=seconds, mutants=few, keep=str(tmp_path)))
     assert counts.total() > 0
     bad = bad_outcomes(name, counts)
     assert not bad, f"{bad} of {counts.total()}; kept: {sorted(p.name for p in tmp_path.iterdir())}"

@@ -58,7 +58,7 @@ def shot_of(source: str, frames=FRAMES, defocus: DefocusSettings = QUICK) -> Sho
 def with_focus(shot: Shot, frame: int, focus_m: float) -> Shot:
     """Add a linear focus key, which changes only the frames between its neighbor keys."""
     curve = shot.curves.of(LensParameter.FOCUS_DISTANCE)
-    key = Key(frame, focus_m, Interpolation.LINEAR)
+    key = Key(frame, value=focus_m, interpolation=Interpolation.LINEAR)
     return shot.with_curve(LensParameter.FOCUS_DISTANCE, curve.with_key(key))
 
 

@@ -14,7 +14,7 @@ from support.plates import plate_of
 
 PATIENCE_S = 60  # before a test gives up; none takes a hundredth of it
 PLATE_BYTES = 20  # bytes of a plate of one pixel
-FORM = NameForm("a.", 4, ".exr")
+FORM = NameForm(prefix="a.", padding=4, suffix=".exr")
 
 
 class ReadyEvent:

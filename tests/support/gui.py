@@ -56,9 +56,9 @@ class Gui:
         self._corner = ctx.simple_framebuffer((8, 8))  # frames nobody looks at cost no pixels
         pictures, sharing = ScreenPictures(ctx), Sharing()
         self.session = Session(
-            FrameRenderer(ctx),
-            start,
-            FrontEnd(screen=pictures, other_holder=sharing.shared.other_holder),
+            renderer=FrameRenderer(ctx),
+            start=start,
+            front_end=FrontEnd(screen=pictures, other_holder=sharing.shared.other_holder),
             preferences=preferences,
             frames_folder=frames_folder,
             is_software=is_software(ctx),

@@ -21,7 +21,7 @@ def image_of(light: NDArray[np.float32], name: str = "made") -> OpeningImage:
     """Return an aperture image from a small array, whose side must divide IMAGE_SIDE."""
     times = IMAGE_SIDE // len(light)
     cells = np.kron(np.asarray(light, np.float32), np.ones((times, times), np.float32))
-    return OpeningImage(name, f"{name} {hash(cells.tobytes())}", cells)
+    return OpeningImage(path=name, digest=f"{name} {hash(cells.tobytes())}", light=cells)
 
 
 def letter() -> OpeningImage:

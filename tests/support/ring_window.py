@@ -19,7 +19,7 @@ def window_following_ring(ctx: Device, protocol: Protocol, folder: Path) -> Iter
     """Yield a window that listens on a free port, with a small plate."""
     plate = room_file(folder / "room.exr")
     with (
-        LensReceiver(RingAddress(protocol, "127.0.0.1", 0)) as receiver,
+        LensReceiver(RingAddress(protocol, host="127.0.0.1", port=0)) as receiver,
         gui_of(ctx, plate, defocus=QUICK, lens_in=receiver) as gui,
     ):
         yield gui

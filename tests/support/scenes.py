@@ -106,11 +106,11 @@ def box(half_m: tuple[float, float, float] = (0.5, 0.5, 0.5), material: int = 0)
 
 def _mesh(positions: Array, normals: Array, uvs: Array, triangles: Array, material: int) -> Mesh:
     return Mesh(
-        np.ascontiguousarray(positions, np.float32),
-        np.ascontiguousarray(normals, np.float32),
-        np.ascontiguousarray(uvs, np.float32),
-        np.ascontiguousarray(triangles, np.uint32),
-        material,
+        positions_m=np.ascontiguousarray(positions, np.float32),
+        normals=np.ascontiguousarray(normals, np.float32),
+        uvs=np.ascontiguousarray(uvs, np.float32),
+        triangles=np.ascontiguousarray(triangles, np.uint32),
+        material=material,
     )
 
 

@@ -17,7 +17,7 @@ from support.plates import Image, room
 
 WIDTH, HEIGHT = 96, 64
 LENS = Lens(85.0, 1.0, 2.0, 36.0)  # 10 pixels of blur at infinity
-QUICK = DefocusSettings(Bokeh.HEAT, Quality.DRAFT, 1)
+QUICK = DefocusSettings(bokeh=Bokeh.HEAT, quality=Quality.DRAFT, layers=1)
 
 # Pixels of the room, each amid an area of one depth.
 BALL, POST, SKY = (60, 32), (22, 50), (80, 4)
@@ -51,7 +51,7 @@ def scene_shot(path: Path, width_px: int, height_px: int, **changes: Any) -> Pat
     if not scene.exists():
         write_scene(scene)
     framing = Framing(width_px=width_px, height_px=height_px)
-    write_shot(path, Shot(LENS, QUICK, str(scene), framing=framing, **changes))
+    write_shot(path, Shot(lens=LENS, defocus=QUICK, source=str(scene), framing=framing, **changes))
     return path
 
 

@@ -25,7 +25,7 @@ def start_server(
     shared: SharedSession, log: Callable[[str], None] = lambda line: None
 ) -> ShareServer:
     """Start a share server on a free port and return it."""
-    server = ShareServer(Address(port=0), new_links(), shared, log)
+    server = ShareServer(address=Address(port=0), links=new_links(), shared=shared, log=log)
     server.start()
     return server
 

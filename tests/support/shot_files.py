@@ -19,25 +19,25 @@ from heatlens.media.documents.shot_file import read_shot, write_shot
 
 FIFTY = Lens(50.0, 1.3, 0.94, 36.0)
 FULL = Shot(
-    replace(FIFTY, t_stop=1.5, close_focus_m=0.45),
-    DefocusSettings(Bokeh.HEAT, Quality.DRAFT, 3, 0.5, Method.SCATTER),
-    "/shots/s1/plate.####.exr",
-    PlateOptions("Z", "", "normalized", "radial", 0.01, 0.1, 100.0, 50.0, 36.0),
-    LensCurves(
+    lens=replace(FIFTY, t_stop=1.5, close_focus_m=0.45),
+    defocus=DefocusSettings(Bokeh.HEAT, Quality.DRAFT, 3, 0.5, Method.SCATTER),
+    source="/shots/s1/plate.####.exr",
+    plate_options=PlateOptions("Z", "", "normalized", "radial", 0.01, 0.1, 100.0, 50.0, 36.0),
+    curves=LensCurves(
         Curve(
             (
                 Key(1001, 0.94, Interpolation.BEZIER, Ease(80.0, -0.01), Ease()),
-                Key(1012.5, 1.0, Interpolation.HOLD),
+                Key(frame=1012.5, value=1.0, interpolation=Interpolation.HOLD),
                 Key(1024, math.inf),
             ),
             Scale.RECIPROCAL,
         ),
         f_stop=Curve((Key(1010, 2.8, Interpolation.LINEAR),), Scale.LOGARITHMIC),
     ),
-    (DistanceMark("A", 0.94), DistanceMark("Ä", math.inf), PointMark("B", 960.5, 540.0, 5)),
-    FrameRange(1001, 1024),
-    FrameRange(1005, 1020),
-    24000 / 1001,
+    marks=(DistanceMark("A", 0.94), DistanceMark("Ä", math.inf), PointMark("B", 960.5, 540.0, 5)),
+    frames=FrameRange(1001, 1024),
+    in_out=FrameRange(1005, 1020),
+    frames_per_second=24000 / 1001,
 )
 
 

@@ -151,7 +151,7 @@ def test_box_union_and_histogram_position_of_distances():
 
 
 def test_kit_lens_describes_its_stop_and_closest_focus():
-    spherical = KitLens(50.0, 2.0, 0.45)
+    spherical = KitLens(focal_length_mm=50.0, f_stop=2.0, close_focus_m=0.45)
     assert spherical.words == "opens to f/2, focuses from 0.45 m" and spherical.name == "50 mm"
     assert "f/2 (T2.2)" in KitLens(50.0, 2.0, 0.45, t_stop=2.2).words
 

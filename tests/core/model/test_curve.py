@@ -81,7 +81,7 @@ def test_hold_segment_keeps_value_of_its_first_key(curve, index, part):
 
 @given(PARTS)
 def test_smooth_segment_after_hold_starts_with_zero_slope(part):
-    curve = Curve((Key(0, 1.0, HOLD), Key(10, 5.0), Key(20, 9.0)))
+    curve = Curve((Key(frame=0, value=1.0, interpolation=HOLD), Key(10, 5.0), Key(20, 9.0)))
     expected = 5 + 4 * (3 * part**2 - 2 * part**3)
     assert curve.value_at(10 + 10 * part) == pytest.approx(expected, rel=1e-9)
 

@@ -42,14 +42,20 @@ def test_with_value_changes_at_most_two_segments_on_each_side():
 
 
 def test_new_key_takes_interpolation_of_key_before_it():
-    curve = Curve((Key(0, 1.0, LINEAR), Key(10, 3.0, HOLD), Key(20, 5.0)))
-    assert curve.with_value(5, 2.5).key_at(5) == Key(5, 2.5, LINEAR)
-    assert curve.with_value(15, 2.5).key_at(15) == Key(15, 2.5, HOLD)
-    assert curve.with_value(-5, 2.5).key_at(-5) == Key(-5, 2.5, SMOOTH)
+    curve = Curve(
+        (
+            Key(frame=0, value=1.0, interpolation=LINEAR),
+            Key(frame=10, value=3.0, interpolation=HOLD),
+            Key(20, 5.0),
+        )
+    )
+    assert curve.with_value(5, 2.5).key_at(5) == Key(frame=5, value=2.5, interpolation=LINEAR)
+    assert curve.with_value(15, 2.5).key_at(15) == Key(frame=15, value=2.5, interpolation=HOLD)
+    assert curve.with_value(-5, 2.5).key_at(-5) == Key(frame=-5, value=2.5, interpolation=SMOOTH)
 
 
 def test_with_value_keeps_handles_of_existing_key():
-    key = Key(5, 1.0, BEZIER, Ease(80.0), Ease(10.0))
+    key = Key(frame=5, value=1.0, interpolation=BEZIER, ease_out=Ease(80.0), ease_in=Ease(10.0))
     assert Curve((key,)).with_value(5, 2.0).keys == (replace(key, value=2.0),)
 
 

@@ -126,6 +126,6 @@ def test_ease_rejects_influence_or_speed_out_of_range(ease):
 def test_bezier_between_equal_keys_is_exactly_constant(part, influence, scale):
     """Rounding must not turn a squeeze of exactly 1 into one below the range of a lens."""
     ease = Ease(influence)
-    first = Key(0, 1.1, Interpolation.BEZIER, ease, ease)
+    first = Key(frame=0, value=1.1, interpolation=Interpolation.BEZIER, ease_out=ease, ease_in=ease)
     curve = Curve((first, Key(7, 1.1, Interpolation.BEZIER, ease, ease)), scale)
     assert curve.value_at(7 * part) == 1.1

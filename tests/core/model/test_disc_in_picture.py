@@ -32,7 +32,7 @@ SHAPES = [
     st.floats(-100, 100),
 )
 def test_sum_of_disc_coverage_equals_disc_light(aperture, radius_px, aspect, offset_px):
-    shape = DiscShape(aperture, aspect, PictureField.of((200, 200)))
+    shape = DiscShape(aperture, pixel_aspect_ratio=aspect, in_picture=PictureField.of((200, 200)))
     y, x = np.mgrid[-50:51, -30:31] + 0.25
     position_px = (100.0 + offset_px, 100.0)
     total_coverage = shape.coverage(x, y, radius_px, 0.75, position_px).sum()
@@ -81,7 +81,7 @@ def test_plain_disc_has_only_the_axes_uniform():
 def test_shaped_disc_uniforms_hold_shape_position_and_color():
     field = PictureField.of((60, 40), 2.0)
     aperture = Aperture(blades=6, cat_eye=0.5, stopped_down=1.2, rim=0.3)
-    shape = DiscShape(aperture, 2.0, field, axial_px=-3.0)
+    shape = DiscShape(aperture, pixel_aspect_ratio=2.0, in_picture=field, axial_px=-3.0)
     uniforms = shape.uniforms
     assert uniforms["aperture_axial_px"] == -3.0 and shape.wider_px == 3.0
     assert uniforms["aperture_blades"] == 6 and uniforms["aperture_rim"] == 0.3

@@ -82,4 +82,4 @@ def test_filmback_named_returns_known_back_or_input_error_for_any_text(name):
 @pytest.mark.parametrize("width_mm", [0.0, -1.0, float("nan"), float("inf")])
 def test_filmback_rejects_impossible_width(width_mm):
     with pytest.raises(InputError, match="width and height"):
-        Filmback("mine", width_mm, 24.0, "measured")
+        Filmback(name="mine", width_mm=width_mm, height_mm=24.0, source="measured")

@@ -72,7 +72,7 @@ def test_reduced_keys_of_eased_pull_are_two(near_m, far_m, frames, leaves, arriv
         far_m = 1 / (1 / near_m + 0.1)
     pull = Curve(
         (
-            Key(0, near_m, Interpolation.BEZIER, ease_out=Ease(leaves)),
+            Key(frame=0, value=near_m, interpolation=Interpolation.BEZIER, ease_out=Ease(leaves)),
             Key(frames, far_m, ease_in=Ease(arrives)),
         ),
         Scale.RECIPROCAL,

@@ -11,9 +11,9 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.lens.lens_kit import KitLens, LensCharacter, LensKit
 
 FIFTY, HUNDRED = KitLens(50.0, 2.0, 0.46), KitLens(100.0, 2.5, 0.9, t_stop=2.8)
-ZOOM = KitLens(24.0, 2.7, 0.8, longest_mm=70.0)
+ZOOM = KitLens(focal_length_mm=24.0, f_stop=2.7, close_focus_m=0.8, longest_mm=70.0)
 KIT = LensKit("old", "old primes", (FIFTY, HUNDRED), LensCharacter(squeeze=1.5))
-MIXED = LensKit("mixed", "a zoom and a prime", (ZOOM, HUNDRED))
+MIXED = LensKit(name="mixed", words="a zoom and a prime", lenses=(ZOOM, HUNDRED))
 LENS = Lens(85.0, 1.4, 0.5, 36.0)
 LENSES = st.builds(Lens, st.floats(5, 300), st.floats(0.7, 22), st.floats(0.31, 100), st.just(36.0))
 

@@ -35,7 +35,7 @@ def focus_dioptres(shot, frame):
 
 @given(WALKS, st.integers(0, 3), st.integers(-2, 2), st.floats(0, 0.5))
 def test_baked_keys_stay_within_quarter_of_sharp_range_of_live_focus(walk, ease, late, ignored):
-    shot = live_shot(walk, Follow(ignored, late, ease))
+    shot = live_shot(walk, Follow(ignored_part=ignored, late_frames=late, ease_frames=ease))
     keyed = bake_live_focus(shot)
     assert keyed.curves.live is None and keyed.marks == MARKS
     for frame in range(10, 10 + len(walk)):
@@ -74,7 +74,7 @@ def test_live_focus_ignores_moves_by_sharp_range_of_current_lens():
 
 def test_live_focus_pulls_between_two_moving_marks():
     second_mark = MeasuredMark("B", (8.0, 7.0, 6.0, 5.0, 4.0))
-    pursuits = (Pursuit("A"), Pursuit("B", 11, 2))
+    pursuits = (Pursuit("A"), Pursuit(mark="B", start_frame=11, frames=2))
     shot = live_shot([2.0, 2.2, 2.4, 2.6, 2.8], EXACT, pursuits, (second_mark,))
     expected = [1 / 2, 1 / 2.2, 0.5 / 2.4 + 0.5 / 6, 1 / 5, 1 / 4]
     assert [focus_dioptres(shot, frame) for frame in range(10, 15)] == pytest.approx(expected)
@@ -93,10 +93,17 @@ def test_live_focus_survives_shot_file(tmp_path):
     ("pursuits", "message"),
     [
         ((), "begins"),
-        ((Pursuit("A", 3, 4),), "begins"),
+        ((Pursuit(mark="A", start_frame=3, frames=4),), "begins"),
         ((Pursuit("A"), Pursuit("B")), "start frame"),
-        ((Pursuit("A"), Pursuit("B", 5, 0)), "frames"),
-        ((Pursuit("A"), Pursuit("B", 5, 9), Pursuit("A", 8, 2)), "before"),
+        ((Pursuit("A"), Pursuit(mark="B", start_frame=5, frames=0)), "frames"),
+        (
+            (
+                Pursuit("A"),
+                Pursuit(mark="B", start_frame=5, frames=9),
+                Pursuit(mark="A", start_frame=8, frames=2),
+            ),
+            "before",
+        ),
     ],
 )
 def test_live_focus_rejects_impossible_pursuits(pursuits, message):

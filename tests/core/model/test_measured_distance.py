@@ -18,7 +18,11 @@ from heatlens.core.model.lens.lens_kit import KitLens, LensKit
 from heatlens.core.model.units import format_distance
 
 FILM = Lens(50.0, 2.8, 2.0, 36.0, measured_from=MeasuredFrom.FILM, pupil_offset_mm=120.0)
-KIT = LensKit("primes", "a lens", (KitLens(50.0, 1.4, 0.45),))
+KIT = LensKit(
+    name="primes",
+    words="a lens",
+    lenses=(KitLens(focal_length_mm=50.0, f_stop=1.4, close_focus_m=0.45),),
+)
 
 
 @given(st.floats(0.2, 1e4), st.floats(-200.0, 200.0))

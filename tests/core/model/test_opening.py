@@ -44,7 +44,7 @@ def test_aperture_rejects_impossible_field_and_names_it(values: dict[str, float]
 @given(counts)
 def test_straight_blades_have_area_and_variance_of_regular_polygon(count: int) -> None:
     """The area is n/2 sin(2 pi / n); the variance follows from the polygon's second moment."""
-    blades, turn = Blades(count, 0.3, 0.0), 2 * math.pi / count
+    blades, turn = Blades(number=count, turn=0.3, curvature=0.0), 2 * math.pi / count
     assert opening.light(blades, None, 0.0) == pytest.approx(count / 2 * math.sin(turn), rel=1e-4)
     variance = (2 + math.cos(turn)) / 12
     assert opening.variance(blades, 0.0) == pytest.approx(variance, rel=1e-3)
@@ -52,7 +52,7 @@ def test_straight_blades_have_area_and_variance_of_regular_polygon(count: int) -
 
 @given(counts, st.floats(-1, 1))
 def test_fully_curved_blades_form_a_circle(count: int, rim: float) -> None:
-    blades = Blades(count, 0.3, 1.0)
+    blades = Blades(number=count, turn=0.3, curvature=1.0)
     assert opening.light(blades, None, rim) == pytest.approx(math.pi, rel=1e-6)
     angle = np.linspace(0, 6, 50)
     np.testing.assert_allclose(opening.rim_radius(angle, blades, None), 1.0, rtol=1e-9)
@@ -93,7 +93,7 @@ def test_bright_rim_behind_focus_is_dark_rim_in_front() -> None:
 def test_light_of_shaped_disc_equals_sum_of_its_coverage(
     aperture: Aperture, radius_px: float, x_px: float, y_px: float
 ) -> None:
-    disc = DiscShape(aperture, 1.0, PictureField.of((200, 100)))
+    disc = DiscShape(aperture, pixel_aspect_ratio=1.0, in_picture=PictureField.of((200, 100)))
     y, x = np.mgrid[-33:34, -33:34]
     total = float(disc.coverage(x, y, radius_px, 0.5, (x_px, y_px)).sum())
     assert total == pytest.approx(disc.light(radius_px, 0.5, (x_px, y_px)), rel=0.03, abs=30)

@@ -201,8 +201,8 @@ STATIC_TRACK = CameraTrack((PoseKey(1, pose_looking_at((0, 1, 9), (0, 0, 0))),))
 def test_track_of_prefers_camera_of_shot_to_camera_of_scene():
     other_track = CameraTrack((PoseKey(1, pose_looking_at((9, 1, 0), (0, 0, 0))),))
     cameras = (
-        SceneCamera("one", STATIC_TRACK, 24.0, 24.0),
-        SceneCamera("two", other_track, 85.0, 36.0),
+        SceneCamera(name="one", track=STATIC_TRACK, focal_length_mm=24.0, sensor_width_mm=24.0),
+        SceneCamera(name="two", track=other_track, focal_length_mm=85.0, sensor_width_mm=36.0),
     )
     scene = scene_of([box()], cameras=cameras)
     assert track_of(scene, Framing(), LENS) == STATIC_TRACK

@@ -29,7 +29,7 @@ def two_hours_of_timecodes(whole: int, dropped: int) -> list[Timecode]:
 @pytest.mark.parametrize("rate", DROP)
 def test_drop_frame_count_agrees_with_enumerated_timecodes(rate):
     clock_timecodes = two_hours_of_timecodes(*DROP[rate])
-    zero = Timecode(0, 0, 0, 0, drop=True)
+    zero = Timecode(hours=0, minutes=0, seconds=0, frames=0, drop=True)
     for number in [*range(0, len(clock_timecodes), 997), *range(1790, 1810), *range(17970, 18010)]:
         assert clock_timecodes[number].count(rate) == number
         assert zero.add_frames(number, rate) == clock_timecodes[number]
@@ -62,11 +62,11 @@ def test_timecode_wraps_at_midnight():
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("10:20:30:12", Timecode(10, 20, 30, 12)),
-        (" 1:02:03:04 ", Timecode(1, 2, 3, 4)),
-        ("10:20:30;12", Timecode(10, 20, 30, 12, drop=True)),
-        ("10:20:30.12", Timecode(10, 20, 30, 12, drop=True)),
-        ("23:59:59:99", Timecode(23, 59, 59, 99)),
+        ("10:20:30:12", Timecode(hours=10, minutes=20, seconds=30, frames=12)),
+        (" 1:02:03:04 ", Timecode(hours=1, minutes=2, seconds=3, frames=4)),
+        ("10:20:30;12", Timecode(hours=10, minutes=20, seconds=30, frames=12, drop=True)),
+        ("10:20:30.12", Timecode(hours=10, minutes=20, seconds=30, frames=12, drop=True)),
+        ("23:59:59:99", Timecode(hours=23, minutes=59, seconds=59, frames=99)),
         ("24:00:00:00", None),
         ("00:60:00:00", None),
         ("00:00:60:00", None),
@@ -94,8 +94,8 @@ def test_timecode_is_possible_only_within_clock_ranges(wrong):
 
 def test_timecode_fits_only_rates_with_its_frame_and_drop_kind():
     assert Timecode(0, 0, 0, 23).fits(23.976) and not Timecode(0, 0, 0, 24).fits(23.976)
-    assert "00 to 23" in Timecode(0, 0, 0, 24).mismatch_message(24.0)
-    dropping = Timecode(1, 0, 0, 0, drop=True)
+    assert "00 to 23" in Timecode(hours=0, minutes=0, seconds=0, frames=24).mismatch_message(24.0)
+    dropping = Timecode(hours=1, minutes=0, seconds=0, frames=0, drop=True)
     assert [rate for rate in (24, 25, 29.97, 30, 48, 50, 59.94) if dropping.fits(rate)] == [
         *(29.97, 30, 59.94)
     ]
@@ -115,7 +115,7 @@ def test_timecode_at_counts_from_first_frame_of_shot():
 def test_timecode_at_without_start_uses_plate_timecode_if_it_fits():
     assert SHOT.timecode_at(9) is None
     assert SHOT.timecode_at(9, Timecode(1, 2, 3, 4)) == Timecode(1, 2, 3, 4)
-    assert SHOT.timecode_at(9, Timecode(1, 2, 3, 24)) is None
+    assert SHOT.timecode_at(9, Timecode(hours=1, minutes=2, seconds=3, frames=24)) is None
 
 
 @pytest.mark.parametrize("text", ["01:00:00:24", "01:00:00;00", "soon"])

@@ -6,7 +6,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.marks.track_mark import Click, TrackedPoint, TrackMark
 
 TYPED = "12,7.5@1001/40,-3@1010"
-CLICKS = Click(1001, 12.0, 7.5), Click(1010, 40.0, -3.0)
+CLICKS = Click(frame=1001, x_px=12.0, y_px=7.5), Click(frame=1010, x_px=40.0, y_px=-3.0)
 TRACK_PLACES = (
     TrackedPoint(frame=1001, x_px=12.0, y_px=7.5, distance_m=2.0, likeness=1.0),
     TrackedPoint(frame=1002, x_px=13.0, y_px=7.5, distance_m=2.1, likeness=0.4),
@@ -31,7 +31,7 @@ def test_track_mark_typed_rejects_click_without_pixel_or_frame(typed):
 
 def test_track_mark_rejects_two_clicks_at_one_frame_and_none():
     with pytest.raises(InputError, match="eye"):
-        TrackMark("eye", (CLICKS[0], Click(1001, 1.0, 2.0)))
+        TrackMark("eye", (CLICKS[0], Click(frame=1001, x_px=1.0, y_px=2.0)))
     with pytest.raises(InputError, match="eye"):
         TrackMark("eye", ())
 
@@ -53,6 +53,6 @@ def test_track_mark_doubts_place_without_confidence():
 
 def test_corrected_replaces_click_of_frame_and_drops_places():
     mark = TrackMark("eye", CLICKS, TRACK_PLACES)
-    moved, added = Click(1010, 41.0, -3.0), Click(1005, 20.0, 1.0)
+    moved, added = Click(frame=1010, x_px=41.0, y_px=-3.0), Click(frame=1005, x_px=20.0, y_px=1.0)
     assert mark.add_click(moved).clicks == (CLICKS[0], moved)
     assert mark.add_click(added) == TrackMark("eye", (CLICKS[0], added, CLICKS[1]))

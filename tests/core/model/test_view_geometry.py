@@ -89,7 +89,7 @@ def test_pixel_at_window_of_pixel_center_is_that_pixel(view, viewport, shape, x,
     ],
 )
 def test_window_at_picture_matches_worked_positions(shape, zoom, scale, point, position):
-    viewport = Viewport((100.0, 50.0), (1000.0, 600.0), scale)
+    viewport = Viewport(corner=(100.0, 50.0), size=(1000.0, 600.0), framebuffer_scale=scale)
     view_geometry = geometry(ViewState(zoom=zoom), viewport, shape)
     assert view_geometry.window_at_picture(point) == pytest.approx(position)
 

@@ -53,7 +53,7 @@ def test_thirds_and_center_cross_are_drawn_at_their_positions():
 
 
 def test_framing_lines_are_drawn_if_picture_has_their_aspect():
-    line = FrameLine("239", (0.25, 0.2, 0.75, 0.8), (0.1, 0.1, 0.9, 0.9))
+    line = FrameLine(name="239", frame=(0.25, 0.2, 0.75, 0.8), protection=(0.1, 0.1, 0.9, 0.9))
     guides = Guides(canvases=(Canvas(3200, 1800, (line,)),))
     drawn = with_guides(grey(), guides, 1.0)[..., 0] != 0.5
     np.testing.assert_allclose(np.flatnonzero(drawn[45]), [40, 120], atol=1)

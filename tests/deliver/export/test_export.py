@@ -44,7 +44,7 @@ def test_export_of_disc_bokeh_at_half_size_equals_render(capsys, shot_file, out,
     """Blur options on the command line replace those of the shot."""
     words = ("--bokeh", "disc", "--proxy", "0.5")
     export_shot(capsys, shot_file, out, *words, "--frames", "1003")
-    blur = DefocusSettings(Bokeh.DISC, QUICK.quality, None, 0.5)
+    blur = DefocusSettings(bokeh=Bokeh.DISC, quality=QUICK.quality, layers=None, proxy=0.5)
     shot = replace(read_shot(shot_file), defocus=blur)
     alone = render_frame_of_shot(capsys, shot, 1003, tmp_path / "alone.exr")
     assert same_frames(out.parent / "n.1003.exr", alone)

@@ -18,7 +18,7 @@ from heatlens.deliver.export.plan import fingerprint_of
 from heatlens.render.source.source import Origin, StampedFile
 from support.exports import FRAMES, QUICK, shot_of
 
-JOB = ExportJob(shot_of("plate.####.exr"), FRAMES, parse_output("n.####.exr"))
+JOB = ExportJob(shot=shot_of("plate.####.exr"), frames=FRAMES, output=parse_output("n.####.exr"))
 LENS = Lens(50.0, 2.0, 2.0, 36.0)
 PICTURES = replace(JOB, output=parse_output("n.####.png"))
 

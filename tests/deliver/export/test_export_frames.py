@@ -58,7 +58,7 @@ def test_export_of_plates_without_shot_uses_one_lens(capsys, shot_file, out, tmp
     message = export_shot(capsys, pattern, out, *words, "--frames", "1002-1003")
     assert "f/1.4 (--f-stop)" in message and "focus 2.24 m (header, focus)" in message
     lens = replace(read_shot(shot_file).lens, focus_distance_m=float(np.float32(2.24)))
-    shot = Shot(lens, QUICK, str(pattern))
+    shot = Shot(lens, defocus=QUICK, source=str(pattern))
     for frame in (1002, 1003):
         alone = render_frame_of_shot(capsys, shot, frame, tmp_path / "alone.exr")
         assert same_frames(out.parent / f"n.{frame}.exr", alone)

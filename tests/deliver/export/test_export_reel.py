@@ -31,7 +31,10 @@ def reel(tmp_path):
     source, shot = write_plates(tmp_path / "p"), tmp_path / "s2.heatlens.json"
     write_shot(shot, shot_of(source))
     path = tmp_path / "cut.heatreel.json"
-    shots = (ReelShot("s1", source, FIRST), ReelShot("s2", str(shot), SECOND))
+    shots = (
+        ReelShot(name="s1", source=source, frames=FIRST),
+        ReelShot(name="s2", source=str(shot), frames=SECOND),
+    )
     write_reel(path, Reel("cut", shots, 25.0, "01:00:00:00", ((1, 1),)))
     return path
 
@@ -271,7 +274,7 @@ def test_message_common_to_all_shots_is_printed_once(capsys, tmp_path):
 
 def test_message_of_single_shot_has_no_shot_count(capsys, tmp_path):
     source, path = write_plates(tmp_path / "p"), tmp_path / "cut.heatreel.json"
-    write_reel(path, Reel("cut", (ReelShot("s1", source, FIRST),)))
+    write_reel(path, Reel("cut", (ReelShot(name="s1", source=source, frames=FIRST),)))
     export(path, tmp_path / "out" / "{shot}" / "n.####.exr", *LENS)
     message = capsys.readouterr().err
     assert "\nheatlens: depth: " in f"\n{message}" and "shots: " not in message

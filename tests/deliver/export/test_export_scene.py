@@ -162,7 +162,9 @@ def test_frames_of_scene_without_range_are_still_or_animation(square_scene_path)
 
 def test_fingerprint_of_scene_frame_includes_all_that_affects_pixels(square_scene_path, tmp_path):
     job = ExportJob(
-        replace(SHOT, source=str(square_scene_path)), (1,), parse_output(tmp_path / "n.png")
+        shot=replace(SHOT, source=str(square_scene_path)),
+        frames=(1,),
+        output=parse_output(tmp_path / "n.png"),
     )
 
     def mark(job: ExportJob) -> str:

@@ -120,8 +120,8 @@ def test_short_sound_is_padded_with_silence(capsys, tmp_path, clip):
 def test_movie_of_cut_has_sound_of_shots_and_silent_gaps(capsys, tmp_path, clip):
     source, depth = clip
     shots = (
-        ReelShot("b", str(source), FrameRange(7, 9)),
-        ReelShot("a", str(source), FrameRange(1, 2)),
+        ReelShot(name="b", source=str(source), frames=FrameRange(7, 9)),
+        ReelShot(name="a", source=str(source), frames=FrameRange(1, 2)),
     )
     reel = tmp_path / "cut.heatreel.json"
     write_reel(reel, Reel("cut", shots, RATE, None, ((1, 2),)))

@@ -336,8 +336,8 @@ def test_lost_connection_to_scheduler_is_reported():
         def nthreads(self):
             raise CommClosedError("in <TCP (closed)>: Stream is closed")
 
-    task = PartTask((), "", "", fetch=False, topic="")
-    maker = ClusterMaker(Lost(), lambda task: b"", task, None, print)
+    task = PartTask(words=(), frames="", version="", fetch=False, topic="")
+    maker = ClusterMaker(client=Lost(), work=lambda task: b"", task=task, chunk=None, report=print)
     with pytest.raises(InputError, match="The scheduler has gone"):
         list(maker([]))
 

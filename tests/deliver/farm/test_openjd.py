@@ -188,11 +188,11 @@ def job_of(parts: int, joins: bool = False, name: str = "n") -> FarmJob:
     join_step = Step("Join", words[:-1]) if joins else None
     return FarmJob(
         name,
-        (place,),
-        (Step("Export", words, texts),),
-        join_step,
-        Needs(memory_gib=2, processors=2, gpus=1),
-        (),
+        places=(place,),
+        steps=(Step("Export", words, texts),),
+        last=join_step,
+        needs=Needs(memory_gib=2, processors=2, gpus=1),
+        inputs=(),
     )
 
 

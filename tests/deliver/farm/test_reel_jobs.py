@@ -39,8 +39,8 @@ def reel(tmp_path) -> Path:
     shot = show / "shots" / "s2.heatlens.json"
     write_shot(shot, shot_of(write_plates(show / "two")))
     shots = (
-        ReelShot("s1", write_plates(show / "one"), CUT[0]),
-        ReelShot("s2", str(shot), CUT[1]),
+        ReelShot(name="s1", source=write_plates(show / "one"), frames=CUT[0]),
+        ReelShot(name="s2", source=str(shot), frames=CUT[1]),
     )
     write_reel(show / "cut.heatreel.json", Reel("cut", shots, 25.0, "01:00:00:00", ((1, 1),)))
     return show / "cut.heatreel.json"
@@ -134,7 +134,7 @@ def test_slurm_job_of_cut_gives_same_movie(capsys, tmp_path, reel, slurm):  # no
 
 def test_submit_refuses_reel_with_too_many_shots(capsys, tmp_path):
     source = write_plates(tmp_path / "p")
-    shots = tuple(ReelShot(f"s{n}", source, CUT[0]) for n in range(101))
+    shots = tuple(ReelShot(name=f"s{n}", source=source, frames=CUT[0]) for n in range(101))
     write_reel(tmp_path / "cut.heatreel.json", Reel("cut", shots))
     words = (*LENS, "--submit", "openjd", *QUICK)
     message = refused_export_message(

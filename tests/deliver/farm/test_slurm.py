@@ -129,7 +129,7 @@ def test_slurm_job_survives_death_of_node(capsys, tmp_path, slurm, attempt):
 def test_slurm_script_cancels_all_arrays_if_one_is_refused(capsys, shot_file, tmp_path, slurm):
     """The first array was already accepted when Slurm refuses the second one."""
     steps = (Step("Export", (("kits", FRAMES),), ("1",) * 1001),)
-    job = FarmJob("n", (), steps, None, Needs(1, 1), ())
+    job = FarmJob(name="n", places=(), steps=steps, last=None, needs=Needs(1, 1), inputs=())
     script = slurm_script(job).replace("--array=0-0", "--array=0-0 --mem=900G")
     run = slurm.submitted(script, tmp_path)
     assert run.returncode == 2 and "Nothing is left" in run.stderr

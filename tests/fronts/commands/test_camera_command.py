@@ -106,7 +106,7 @@ def test_camera_send_sends_lens_of_each_frame_as_opentrackio(capsys, monkeypatch
     assert [sample.focus_distance_m for sample in samples][::3] == [0.94, 3.83]
     assert {sample.f_stop for sample in samples} == {1.3}
     assert [sample.timecode for sample in samples] == [
-        Timecode(0, 0, 40, frame) for frame in (3, 4, 5, 6)
+        Timecode(hours=0, minutes=0, seconds=40, frames=frame) for frame in (3, 4, 5, 6)
     ]
     assert {sample.frames_per_second for sample in samples} == {25.0}
 

@@ -86,7 +86,7 @@ def test_ring_focus_is_converted_from_measured_origin(start, sample_offset_mm, f
     ring.sources.add_sample(
         LensSample("A", focus_distance_m=2.12, pupil_offset_mm=sample_offset_mm)
     )
-    RingFollower(ring, editing, print).poll()
+    RingFollower(receiver=ring, editing=editing, notify=print).poll()
     assert editing.lens.focus_distance_m == pytest.approx(focus_m)
 
 

@@ -155,7 +155,7 @@ def test_doctor_without_opengl_runs_other_checks(capsys, monkeypatch):
 
 def test_exception_in_doctor_check_becomes_fault():
     def breaks():
-        yield Finding("x", "ok", "so far")
+        yield Finding(name="x", state="ok", said="so far")
         raise ZeroDivisionError("by zero")
 
     first, second = run_check("x", breaks)

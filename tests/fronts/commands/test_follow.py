@@ -102,7 +102,7 @@ def test_follow_tracked_surface_stores_places_in_shot(tracked_walk, tmp_path, ca
     words = (plates, *LENS, "--follow", f"A=track:{x:.0f},{y:.0f}@1")
     shot, message = new_shot(capsys, tmp_path, *words)
     (mark,) = shot.marks
-    assert mark.clicks == (Click(1, round(x), round(y)),)
+    assert mark.clicks == (Click(frame=1, x_px=round(x), y_px=round(y)),)
     assert len(mark.places) == card.frames and "hidden" in message
     for frame in range(1, card.frames + 1):
         lens = shot.lens_at(frame)

@@ -84,7 +84,7 @@ def test_kits_command_lists_prints_and_checks_kits(capsys, tmp_path):
 
 def test_kits_check_names_aperture_image_of_kit(tmp_path, capsys):
     Image.new("L", (8, 8), 255).save(tmp_path / "star.png")
-    lens = KitLens(50.0, 2.0, 0.5)
+    lens = KitLens(focal_length_mm=50.0, f_stop=2.0, close_focus_m=0.5)
     image = read_opening_image(str(tmp_path / "star.png"))
     kit = LensKit("own", "stars", (lens,), LensCharacter(rim=0.25, aperture_image=image))
     (tmp_path / "own.json").write_text(kit_text(kit))

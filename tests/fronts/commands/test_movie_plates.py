@@ -97,7 +97,7 @@ def test_shot_new_takes_frames_and_rate_of_movie(tmp_path, clip, capsys):
     shot = read_shot(shot_path)
     assert shot.frames is not None and (shot.frames.first, shot.frames.last) == (1, COUNT)
     assert shot.frames_per_second == 25.0 and Path(shot.source or "").samefile(colors)
-    job = ExportJob(shot, (1, 2, 3), parse_output(tmp_path / "f.####.exr"))
+    job = ExportJob(shot, frames=(1, 2, 3), output=parse_output(tmp_path / "f.####.exr"))
     assert set(input_files(plan_export(job))) == {colors, depths}
 
 

@@ -212,7 +212,7 @@ def test_bare_sweeps_reject_size_beyond_storage_block():
     small = SimpleNamespace(limits=Limits(1 << 14, 1 << 20, 1024))
     pixels = np.ones((300, 300), np.float32)
     with pytest.raises(GpuError, match="smaller --size"):
-        BareSweeps(small, pixels, pixels)  # type: ignore[arg-type]
+        BareSweeps(ctx=small, color=pixels, coc_px=pixels)  # type: ignore[arg-type]
 
 
 def test_size_rows_give_time_per_pixel_relative_to_first():

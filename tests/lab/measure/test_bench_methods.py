@@ -35,10 +35,10 @@ NAMES = [
 ]
 QUICK = ("bench", "--size", "64x48", "--runs", "1", "--quality", "draft")
 REPORT = MethodReport(
-    64,
-    48,
-    20.0,
-    (
+    width=64,
+    height=48,
+    limit_s=20.0,
+    rows=(
         MethodRow(2.0, {"diffusion": 4.0, "gather 23": 1.0}),
         MethodRow(20.0, {"diffusion": 4.1, "gather 23": 100.0}),
         MethodRow(200.0, {"diffusion": 4.0, "gather 23": None}),

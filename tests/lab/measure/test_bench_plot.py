@@ -16,10 +16,10 @@ from heatlens.lab.measure.bench.plot_panels import time_panel, trade_panel, trad
 from heatlens.lab.measure.chart import new_figure
 
 TIMES = MethodReport(
-    64,
-    48,
-    20.0,
-    (
+    width=64,
+    height=48,
+    limit_s=20.0,
+    rows=(
         MethodRow(2.0, {"diffusion": 4.0, "gather": 1.0, "accumulation 23": 9.0}),
         MethodRow(20.0, {"diffusion": 4.1, "gather": 100.0, "accumulation 23": 9.0}),
         MethodRow(200.0, {"diffusion": 4.0, "gather": None, "accumulation 23": 9.1}),
@@ -28,15 +28,15 @@ TIMES = MethodReport(
 
 
 def cell(ms: float, flip: float) -> ErrorCell:
-    return ErrorCell(ms, flip, 30.0, 0.9)
+    return ErrorCell(ms, flip, psnr_db=30.0, ssim=0.9)
 
 
 ERRORS = ErrorReport(
-    32,
-    24,
-    20.0,
-    1024,
-    (
+    width=32,
+    height=24,
+    limit_s=20.0,
+    truth_views=1024,
+    rows=(
         ErrorRow(2.0, 0.001, {"diffusion": cell(4.0, 0.01), "gather": cell(1.0, 0.02)}),
         ErrorRow(20.0, 0.002, {"diffusion": cell(4.0, 0.03), "gather": cell(90.0, 0.0)}),
         ErrorRow(200.0, 0.02, {"diffusion": cell(4.0, 0.07), "gather": None}),

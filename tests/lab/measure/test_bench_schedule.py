@@ -80,7 +80,7 @@ def test_pace_skips_omitted_parts_and_ignores_other_messages():
 
 @pytest.mark.parametrize("part", ["frame", "bare", "sweeps", "methods", "levels"])
 def test_planned_steps_of_each_part_take_time(part):
-    nothing = RequestedBench((640, 360), DefocusSettings(), 3, frame=False)
+    nothing = RequestedBench(size=(640, 360), settings=DefocusSettings(), runs=3, frame=False)
     assert plan_steps(nothing, 1e-6) == ()
     words = {"levels": ("level 1", "level 2")} if part == "levels" else {part: True}
     request = RequestedBench((640, 360), DefocusSettings(), 3, **{"frame": False, **words})

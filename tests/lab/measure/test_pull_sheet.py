@@ -97,17 +97,17 @@ def test_sheet_page_lists_marks_and_zoom_range(shot):
     zoom = marked_shot.with_key(1020, LensParameter.FOCAL_LENGTH, 24.0)
     zoom = zoom.with_key(1040, LensParameter.FOCAL_LENGTH, 80.0)
     entries = [SheetEntry(row, marks=tuple(distances_per_frame[0])) for row in rows_of(zoom)]
-    page = sheet_html("rack", [Sheet("rack", zoom, entries)])
+    page = sheet_html("rack", [Sheet(title="rack", shot=zoom, entries=entries)])
     assert "24 mm to 80 mm" in page and "all marks" in page
-    plain_sheet = Sheet("rack", shot, [SheetEntry(row) for row in rows_of(shot)])
+    plain_sheet = Sheet(title="rack", shot=shot, entries=[SheetEntry(row) for row in rows_of(shot)])
     assert "all marks" not in sheet_html("rack", [plain_sheet])
 
 
 def test_timecode_at_prefers_start_of_shot_to_header(shot):
-    header_timecode = Timecode(1, 0, 0, 12)
+    header_timecode = Timecode(hours=1, minutes=0, seconds=0, frames=12)
     assert shot.timecode_at(1013) is None
     assert shot.timecode_at(1013, header_timecode) == header_timecode
-    assert shot.timecode_at(1013, Timecode(1, 0, 0, 29)) is None
+    assert shot.timecode_at(1013, Timecode(hours=1, minutes=0, seconds=0, frames=29)) is None
     started_shot = replace(shot, start_timecode="09:59:59:23")
     assert str(started_shot.timecode_at(1002, header_timecode)) == "10:00:00:00"
     with pytest.raises(InputError, match="not a timecode"):
@@ -127,7 +127,7 @@ def test_sheet_frames_of_still_are_one_frame(shot):
 
 def test_sheet_page_escapes_names_and_csv_has_same_rows(shot, tmp_path):
     rows = rows_of(shot)
-    sheet = Sheet("rack & <roll>", shot, [SheetEntry(row) for row in rows])
+    sheet = Sheet(title="rack & <roll>", shot=shot, entries=[SheetEntry(row) for row in rows])
     page = sheet_html(sheet.title, [sheet])
     assert "rack &amp; &lt;roll&gt;" in page and "door &lt;3" in page and "<3" not in page
     csv_rows = list(csv.DictReader(io.StringIO(sheet_csv(rows))))
@@ -177,7 +177,7 @@ def test_shot_sheet_of_reel_writes_pdf_with_page_per_shot(tmp_path, capsys):
         shot = Shot(Lens(50.0, 2.0, 3.0, 36.0), source=pattern, frames=FrameRange(1001, 1004))
         path = tmp_path / f"{name}.heatlens.json"
         write_shot(path, shot.with_key(1002, FOCUS, near_m).with_key(1004, FOCUS, 6.0))
-        shots.append(ReelShot(name, str(path), FrameRange(1002, 1004)))
+        shots.append(ReelShot(name, source=str(path), frames=FrameRange(1002, 1004)))
     reel = tmp_path / "cut.heatreel.json"
     write_reel(reel, Reel("cut", (*shots, ReelShot("plain", pattern))))
     pages = tmp_path / "pulls.pdf"

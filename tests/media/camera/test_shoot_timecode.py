@@ -15,7 +15,7 @@ from support.exr_files import write_file
 from support.plates import room
 from support.shoot_tables import SHOOT_TABLES
 
-START = Timecode(13, 36, 49, 7)
+START = Timecode(hours=13, minutes=36, seconds=49, frames=7)
 
 
 def table(first: Timecode, count: int, rate: float = 24.0) -> CameraSamples:
@@ -44,14 +44,14 @@ def test_at_timecode_matches_rows_to_frames_and_drops_the_rest(offset, count, ra
 
 
 def test_at_timecode_assumes_drop_frame_of_shot_for_table():
-    start = Timecode(1, 0, 59, 28, drop=True)
+    start = Timecode(hours=1, minutes=0, seconds=59, frames=28, drop=True)
     rows = (Timecode(1, 0, 59, 28), Timecode(1, 0, 59, 29), Timecode(1, 1, 0, 2))
     camera = CameraSamples("t", (0, 1, 2), focus_distance_m=(1.0, 2.0, 3.0), timecodes=rows)
     assert match_by_timecode(camera, (10, start), 29.97, None).frames == (10, 11, 12)
 
 
 def test_at_timecode_keeps_table_that_cannot_be_matched():
-    camera = table(Timecode(0, 0, 0, 47), 2, 48.0)
+    camera = table(Timecode(hours=0, minutes=0, seconds=0, frames=47), 2, 48.0)
     assert "do not fit the rate" in match_by_timecode(camera, (1, START), 24.0, None).notes[-1]
     assert match_by_timecode(camera, None, 24.0, None) is camera
 

@@ -22,7 +22,7 @@ from support.command_line import picture
 from support.exr_files import write_file
 from support.gui import gui_of
 
-QUICK = DefocusSettings(Bokeh.HEAT, Quality.DRAFT, 1)
+QUICK = DefocusSettings(bokeh=Bokeh.HEAT, quality=Quality.DRAFT, layers=1)
 LENS = ("--focal-length", "50", "--sensor-width", "36", "--f-stop", "22", "--focus-distance", "2")
 PLAIN = ("--view", "sRGB curve")
 ORANGE = np.array([0.5, 0.25, 0.1], np.float32)  # linear Rec.709, inside of all the gamuts

@@ -92,7 +92,7 @@ def test_reel_shot_renders_each_frame_once_and_edit_repeats_or_drops_it(
     exported = ExportedShot(
         shot=shot_of("x"),
         folder=tmp_path,
-        form=NameForm("s.", 4, ".exr"),
+        form=NameForm(prefix="s.", padding=4, suffix=".exr"),
         frames=shot.frames,
         cut=shot.frames,
         retime=shot.retime,

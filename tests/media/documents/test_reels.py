@@ -207,16 +207,16 @@ def test_read_reel_returns_written_reel(tmp_path):
     """Sources are relative paths in the file, and the demo stays a name."""
     shots = (
         ReelShot(
-            "a",
-            str(tmp_path / "p" / "a.####.exr"),
-            FrameRange(3, 9),
-            ("note",),
-            ("A=2m",),
-            GRADE,
-            Retime(9.0, -1.5, 5, 2),
+            name="a",
+            source=str(tmp_path / "p" / "a.####.exr"),
+            frames=FrameRange(3, 9),
+            notes=("note",),
+            marks=("A=2m",),
+            grade=GRADE,
+            retime=Retime(start=9.0, speed=-1.5, count=5, step=2),
         ),
         ReelShot("b", "demo"),
-        ReelShot("c", "", None, ("its media are missing",)),
+        ReelShot(name="c", source="", frames=None, notes=("its media are missing",)),
     )
     reel = Reel("cut", shots, 25.0, "01:00:00:00", ((1, 7), (3, 2)))
     path = tmp_path / "cut.heatreel.json"

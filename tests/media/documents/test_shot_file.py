@@ -61,7 +61,7 @@ LENSES = st.builds(
     widest_f_stop=st.none() | st.floats(0.5, 64),
 )
 MARK_NAMES = st.text(string.ascii_letters + "äß日", min_size=1, max_size=4)
-PLACES = st.just((TrackedPoint(1, 2.5, 3, 4.25, 0.5), TrackedPoint(2, 3.5, 3)))
+PLACES = st.just((TrackedPoint(1, 2.5, 3, 4.25, 0.5), TrackedPoint(frame=2, x_px=3.5, y_px=3)))
 THINGS = st.builds(MatteMark, MARK_NAMES, st.just("cryptomatte:é"), st.sampled_from(MattePart))
 MARKS = (
     THINGS

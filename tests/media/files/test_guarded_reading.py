@@ -112,4 +112,4 @@ def test_cryptomatte_ignores_manifest_that_is_no_plain_file(tmp_path, kind):
             with path.open("wb") as file:
                 file.truncate(65_000_000)
     header: Header = {"manif_file": "m.json"}
-    assert Cryptomatte("crypto", (), header, tmp_path).ids == {}
+    assert Cryptomatte(name="crypto", ranks=(), header=header, folder=tmp_path).ids == {}

@@ -56,7 +56,7 @@ WHOLES = st.builds(
 @given(WHOLES)
 def test_record_comes_back_from_its_json(whole):
     text = json.dumps(record_to_json(whole), allow_nan=False)
-    assert JsonEntry(FILE, "", json.loads(text)).record(Whole) == whole
+    assert JsonEntry(path=FILE, place="", value=json.loads(text)).record(Whole) == whole
 
 
 def test_record_writes_whole_numbers_without_a_point_and_leaves_none_out():
@@ -89,12 +89,12 @@ def test_record_writes_whole_numbers_without_a_point_and_leaves_none_out():
 )
 def test_wrong_entry_is_refused_with_its_file_and_place(value, sentence):
     with pytest.raises(InputError) as error:
-        JsonEntry(FILE, "", value).record(Whole)
+        JsonEntry(path=FILE, place="", value=value).record(Whole)
     assert str(error.value).startswith(f"{FILE}:") and sentence in str(error.value)
 
 
 def test_version_is_that_one_alone():
-    JsonEntry(FILE, "", {"kit": 2}).check_version("kit", 2, "kit of lenses")
+    JsonEntry(path=FILE, place="", value={"kit": 2}).check_version("kit", 2, "kit of lenses")
     for value, sentence in (
         ({"kit": 3}, "kit: version 3 is not known here, only 2; a newer heatlens may have"),
         ({"kit": 1}, "version 1 is not known here, only 2"),
@@ -102,7 +102,7 @@ def test_version_is_that_one_alone():
         ([2], "this is no kit of lenses of heatlens"),
     ):
         with pytest.raises(InputError) as error:
-            JsonEntry(FILE, "", value).check_version("kit", 2, "kit of lenses")
+            JsonEntry(path=FILE, place="", value=value).check_version("kit", 2, "kit of lenses")
         assert sentence in str(error.value)
 
 

@@ -56,9 +56,9 @@ def ends(file, size: int) -> bool:
 
 
 MADE_UP = PictureFormat(
-    "Numbers",
-    (".numbers", ".nums"),
-    (b"NUMBERS",),
+    word="Numbers",
+    suffixes=(".numbers", ".nums"),
+    begins=(b"NUMBERS",),
     writing=Writing("12 bits, as lines", text_of, marks_of, ends, bits=12, most_px=40),
 )
 

@@ -58,18 +58,18 @@ def test_tev_server_converts_radial_depth_with_sent_lens():
 
 def test_lens_header_of_image_without_values_is_empty():
     images = TevImages()
-    images.apply(CreateImage(LENS_IMAGE, 1, 1, NAMES))
+    images.apply(CreateImage(name=LENS_IMAGE, width=1, height=1, channels=NAMES))
     assert lens_header(images.get(LENS_IMAGE)) == {} == lens_header(None)
 
 
 @given(st.lists(st.floats(width=32), min_size=4, max_size=4))
 def test_lens_header_of_any_values_keeps_only_possible_ones(values):
     images = TevImages()
-    images.apply(CreateImage(LENS_IMAGE, 2, 1, NAMES))
+    images.apply(CreateImage(name=LENS_IMAGE, width=2, height=1, channels=NAMES))
     tiles = {
         name: np.full((1, 2), value, np.float32) for name, value in zip(NAMES, values, strict=True)
     }
-    images.apply(UpdateImage(LENS_IMAGE, 0, 0, tiles))
+    images.apply(UpdateImage(name=LENS_IMAGE, x=0, y=0, tiles=tiles))
     camera = camera_at_header([dict(lens_header(images.get(LENS_IMAGE)))])
     for name, value in zip(NAMES, values, strict=True):
         is_possible = value > 0 and (math.isfinite(value) or name == "focus_distance_m")

@@ -17,7 +17,7 @@ from heatlens.media.live.ring.sources import MAX_SOURCES, SILENT_AFTER_S, LensSa
 
 A, B = source_id("A"), source_id("B")
 
-LOOPBACK = RingAddress(Protocol.OPENTRACKIO, "127.0.0.1", 0)
+LOOPBACK = RingAddress(protocol=Protocol.OPENTRACKIO, host="127.0.0.1", port=0)
 PATIENCE_S = 30.0
 
 

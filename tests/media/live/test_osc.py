@@ -86,7 +86,7 @@ def test_osc_limits_number_of_channels(collector):
 def test_osc_controller_that_rests_is_not_silent():
     clock_s = [0.0]
     with LensReceiver(
-        RingAddress(Protocol.OSC, "127.0.0.1", 0), clock=lambda: clock_s[0]
+        RingAddress(protocol=Protocol.OSC, host="127.0.0.1", port=0), clock=lambda: clock_s[0]
     ) as receiver:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as fader:
             place = receiver.address.host, receiver.address.port

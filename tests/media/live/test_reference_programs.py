@@ -139,7 +139,7 @@ def test_sample_text_passes_schema_of_the_standard(schema, drop, count):
     import jsonschema
 
     for sample in samples_for_datagrams(count):
-        timecode = Timecode(10, 0, 0, 2, drop)
+        timecode = Timecode(hours=10, minutes=0, seconds=0, frames=2, drop=drop)
         content = json.loads(format_sample(replace(sample, timecode=timecode), Encoding.JSON, 200))
         jsonschema.validate(content, schema)
         assert content["sourceId"] == source_id("s")

@@ -215,10 +215,10 @@ def test_plate_path_of_any_name_has_no_folder(name):
 def test_tev_images_drop_oldest_beyond_limits():
     images = TevImages(max_images=3, max_values=100)
     for index in range(5):
-        images.apply(CreateImage(str(index), 5, 5, ("Z",)))
+        images.apply(CreateImage(name=str(index), width=5, height=5, channels=("Z",)))
     assert images.names == ("4", "3", "2")
-    images.apply(CreateImage("wide", 5, 12, ("Z",)))
+    images.apply(CreateImage(name="wide", width=5, height=12, channels=("Z",)))
     assert images.names == ("wide", "4") and images.value_count == 85
     with pytest.raises(TevPacketError):
-        images.apply(CreateImage("4", 5, 21, ("Z",)))
+        images.apply(CreateImage(name="4", width=5, height=21, channels=("Z",)))
     assert images.names == ("wide", "4")

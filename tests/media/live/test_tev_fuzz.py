@@ -48,7 +48,7 @@ def damaged_packets(draw):
 @settings(max_examples=400, deadline=None)
 def test_message_of_any_packet_gives_message_or_error(data):
     images = TevImages(max_values=MAX_VALUES)
-    images.apply(CreateImage("a", 9, 6, tuple(CHANNELS)))
+    images.apply(CreateImage(name="a", width=9, height=6, channels=tuple(CHANNELS)))
     try:
         message = parse_message(data[4:])
         if isinstance(message, UpdateImage):

@@ -21,7 +21,11 @@ from support.frame_caches import (
 def test_frame_cache_reads_playhead_first_and_then_frames_ahead():
     reader, news = Reader(), ReadyEvent()
     with FrameCache(
-        sequence_of(range(10)), reader, 100 * PLATE_BYTES, workers=1, on_ready=news
+        sequence=sequence_of(range(10)),
+        read=reader,
+        budget_bytes=100 * PLATE_BYTES,
+        workers=1,
+        on_ready=news,
     ) as cache:
         assert set(cache.states().values()) == {"absent"}
         cache.set_playhead(8, direction=1, window=3)
@@ -34,7 +38,11 @@ def test_frame_cache_reads_playhead_first_and_then_frames_ahead():
 def test_frame_cache_want_does_not_wait_for_a_read():
     reader, news = Reader(), ReadyEvent()
     with FrameCache(
-        sequence_of(range(10)), reader, 3 * PLATE_BYTES, workers=2, on_ready=news
+        sequence=sequence_of(range(10)),
+        read=reader,
+        budget_bytes=3 * PLATE_BYTES,
+        workers=2,
+        on_ready=news,
     ) as cache:
         cache.read_and_wait(0, direction=1, window=0)
         reader.gate.clear()
@@ -55,7 +63,11 @@ def test_frame_cache_want_does_not_wait_for_a_read():
 def test_frame_cache_drops_frames_behind_for_frames_ahead():
     reader, news = Reader(), ReadyEvent()
     with FrameCache(
-        sequence_of(range(20)), reader, 4 * PLATE_BYTES, workers=1, on_ready=news
+        sequence=sequence_of(range(20)),
+        read=reader,
+        budget_bytes=4 * PLATE_BYTES,
+        workers=1,
+        on_ready=news,
     ) as cache:
         for frame in range(20):
             cache.set_playhead(frame, direction=1, window=2)
@@ -84,7 +96,7 @@ def test_frame_cache_without_keeps_seen_drops_every_frame_played():
 def test_frame_cache_holds_playhead_frame_larger_than_budget():
     reader, news = Reader(pixels=lambda frame: 50 if frame == 3 else 1), ReadyEvent()
     sequence = sequence_of(range(7), {0, 1, 2, 3, 4, 5})
-    with FrameCache(sequence, reader, 4 * PLATE_BYTES, on_ready=news) as cache:
+    with FrameCache(sequence, read=reader, budget_bytes=4 * PLATE_BYTES, on_ready=news) as cache:
         cache.read_and_wait(2, direction=1, window=0)
         assert frame_of(cache.read_and_wait(3, direction=1, window=4)) == 3
         wait_until_idle(cache, news)
@@ -154,7 +166,10 @@ def test_frame_cache_repeated_error_does_not_grow_its_traceback():
 
 def test_frame_cache_raises_error_of_listener_in_caller():
     with FrameCache(
-        sequence_of(range(4)), Reader(), 9 * PLATE_BYTES, on_ready=lambda: 1 / 0
+        sequence=sequence_of(range(4)),
+        read=Reader(),
+        budget_bytes=9 * PLATE_BYTES,
+        on_ready=lambda: 1 / 0,
     ) as cache:
         cache.set_playhead(1)
         with pytest.raises(ZeroDivisionError):
@@ -189,7 +204,7 @@ def test_frame_cache_close_does_not_wait_for_reads_and_wakes_waiters():
 
 
 def test_frame_cache_close_frees_its_frames():
-    cache = FrameCache(sequence_of(range(5)), Reader(), 99 * PLATE_BYTES)
+    cache = FrameCache(sequence=sequence_of(range(5)), read=Reader(), budget_bytes=99 * PLATE_BYTES)
     assert cache.read_and_wait(2) is not None and cache.bytes_in_use
     cache.close()
     assert cache.get(2) is None

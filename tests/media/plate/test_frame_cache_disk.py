@@ -199,7 +199,7 @@ def test_frame_cache_keeps_frames_if_folder_cannot_be_listed(shot, tmp_path_fact
 
 def test_frame_cache_reads_still_as_sequence_of_one(tmp_path):
     write_file(tmp_path / "still.exr", rgb() | {"Z": distances()})
-    with FrameCache(find_sequence(tmp_path), read_plate, 10**6) as cache:
+    with FrameCache(sequence=find_sequence(tmp_path), read=read_plate, budget_bytes=10**6) as cache:
         assert (
             cache.read_and_wait(cache.sequence.first, direction=-1, window=30).path
             == tmp_path / "still.exr"

@@ -228,7 +228,7 @@ def test_parse_frames_reads_back_frames_text(frames):
 )
 def test_missing_frame_is_held_black_or_an_error(wanted, on_disk, frame):
     present = tuple(sorted(wanted & on_disk))
-    form = NameForm("a.", 4, ".exr")
+    form = NameForm(prefix="a.", padding=4, suffix=".exr")
     sequence = Sequence(Path("folder"), form, tuple(sorted(wanted)), present)
     earlier = [candidate for candidate in present if candidate <= frame]
     held_frame = max(earlier) if earlier else min(present, default=None)

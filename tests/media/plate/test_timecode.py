@@ -64,7 +64,7 @@ def test_timecode_of_rejects_impossible_text(value):
 
 
 def write_frames(folder, *frames):
-    first = Timecode(1, 0, 0, 0)
+    first = Timecode(hours=1, minutes=0, seconds=0, frames=0)
     depth = np.linspace(2, 6, 32 * 48, dtype="f4").reshape(32, 48)
     for frame in frames:
         code = exr_timecode(first.add_frames(frame - 1001, 24))
@@ -103,7 +103,7 @@ def test_exported_movie_has_timecode_track(tmp_path, capsys, suffix, first):
 
 def test_exported_movie_omits_timecode_of_another_rate(tmp_path, capsys):
     av = pytest.importorskip("av")
-    code = exr_timecode(Timecode(1, 0, 0, 29))
+    code = exr_timecode(Timecode(hours=1, minutes=0, seconds=0, frames=29))
     depth = np.linspace(2, 6, 32 * 48, dtype="f4").reshape(32, 48)
     plates = write_file(tmp_path / "p.exr", rgb(32, 48) | {"Z": depth}, timeCode=code)
     out = tmp_path / "o.mov"

@@ -18,7 +18,7 @@ def track_walk(walk, *click_frames, offset_px=(0.0, 0.0)):
     clicks = []
     for frame in click_frames:
         x, y = walk.pixel(frame)
-        clicks.append(Click(frame, x + offset_px[0], y + offset_px[1]))
+        clicks.append(Click(frame, x_px=x + offset_px[0], y_px=y + offset_px[1]))
     mark = TrackMark("A", tuple(clicks))
     track = track_mark(mark, FrameRange(1, walk.frames), walk.plate, lambda words: None)
     assert [place.frame for place in track.places] == list(range(1, walk.frames + 1))
@@ -77,7 +77,7 @@ def test_tracked_reports_hidden_frames_and_finds_surface_again(click, grain):
 def test_tracked_continues_from_corrected_click():
     walk = Walk()
     frames = FrameRange(1, walk.frames)
-    wall_mark = TrackMark("A", (Click(1, 20.0, 20.0),))  # beside the card
+    wall_mark = TrackMark("A", (Click(frame=1, x_px=20.0, y_px=20.0),))  # beside the card
     track = track_mark(wall_mark, frames, walk.plate, lambda words: None)
     assert {round(place.distance_m, 3) for place in track.places} == {WALL_M}
     corrected_mark = track.add_click(Click(8, *walk.pixel(8)))

@@ -217,7 +217,7 @@ def test_accumulated_lamp_is_disc_of_shaped_opening(
     light = lab.seen_in_colors(lens, VIEWS)
     radius = float(coc_px(depth_m, coc_line(lens, SIZE[0]))) / 2
     place = SIZE[0] / 2 + AT_PX[0], SIZE[1] / 2 + AT_PX[1]
-    shape = DiscShape(lens.aperture, 1.0, PictureField.of(SIZE))
+    shape = DiscShape(lens.aperture, pixel_aspect_ratio=1.0, in_picture=PictureField.of(SIZE))
     y, x = np.mgrid[: SIZE[1], : SIZE[0]] + 0.5
     for color, radius_px in ((0, radius - axial_px(lens, SIZE[0]) / 2), (1, radius)):
         expected = shape.coverage(x - place[0], y - place[1], radius_px, 0.5, place)

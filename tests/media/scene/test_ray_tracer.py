@@ -67,7 +67,7 @@ def still_view(size: tuple[int, int] = (96, 54), focus_m: float = 3.0) -> SceneV
 @pytest.fixture(scope="module")
 def life(session_context: Device) -> Iterator[Stage]:
     """Return the still life, seen by both."""
-    stage = Stage(session_context, still_life(), still_view())
+    stage = Stage(ctx=session_context, scene=still_life(), view=still_view())
     yield stage
     stage.release()
 
@@ -186,7 +186,7 @@ def test_ray_tracer_converges_to_accumulation(ctx: Device) -> None:
     """
     calm = still_life()
     calm = replace(calm, materials=(*calm.materials[:4], lamp((1.5, 1.0, 0.5))))
-    stage = Stage(ctx, calm, still_view((48, 27)))
+    stage = Stage(ctx, scene=calm, view=still_view((48, 27)))
     pictures = np.array([block_means(stage.traced(8, seed=seed)) for seed in range(48)])
     for _ in Accumulation(ctx, stage.raster).steps(stage.view, WIDE, 512, stage.out, 0):
         pass

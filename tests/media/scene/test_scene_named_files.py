@@ -54,7 +54,7 @@ def textured_square(picture: Path, uri: str) -> GltfWriter:
 def frame_fingerprint(scene: Path) -> str:
     """Return the fingerprint of the first frame of an export."""
     shot = Shot(Lens(50.0, 2.0, 2.0, 36.0), source=str(scene))
-    job = ExportJob(shot, (1,), parse_output(scene.parent.parent / "n.exr"))
+    job = ExportJob(shot, frames=(1,), output=parse_output(scene.parent.parent / "n.exr"))
     return plan_export(job).frames[0].fingerprint
 
 

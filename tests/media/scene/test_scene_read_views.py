@@ -164,7 +164,7 @@ def test_value_track_cubic_spline_is_hermite(keys, time):
 
     times = np.cumsum(np.arange(1.0, len(keys) + 1))
     values = np.array(keys)[:, :, None]
-    track = ValueTrack(times, values, "CUBICSPLINE")
+    track = ValueTrack(times_s=times, values=values, kind="CUBICSPLINE")
     inside = np.clip(time, times[0], times[-1])
     slopes = np.column_stack([values[:-1, 2, 0], values[1:, 0, 0]])
     i = min(np.searchsorted(times, inside, "right") - 1, len(times) - 2)

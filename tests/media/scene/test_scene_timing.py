@@ -17,7 +17,7 @@ from heatlens.render.source.opened import Opening
 from heatlens.render.source.scene_source import open_scene_source
 from support.gltf_files import GltfWriter
 
-BLENDER = SceneTiming("2", 25.0, 101)
+BLENDER = SceneTiming(clip="2", frames_per_second=25.0, first_frame=101)
 
 
 @pytest.fixture

@@ -40,7 +40,7 @@ def test_through_camera_replaces_lens_and_keys_by_those_of_file():
     lens = shot.lens_at(5)
     assert (lens.focal_length_mm, lens.sensor_width_mm) == (50.0, 24.9)
     assert (lens.f_stop, lens.focus_distance_m) == (2.8, 3.2)
-    assert shot.framing == Framing(640, 360, "hero")
+    assert shot.framing == Framing(width_px=640, height_px=360, camera="hero")
 
 
 def test_through_camera_keeps_values_missing_in_file():
@@ -52,10 +52,10 @@ def test_through_camera_keeps_values_missing_in_file():
 
 def test_through_camera_keys_zoom_of_file():
     camera = SceneCamera(
-        "hero",
-        TRACK,
-        50.0,
-        36.0,
+        name="hero",
+        track=TRACK,
+        focal_length_mm=50.0,
+        sensor_width_mm=36.0,
         lens_frames=(1, 2, 3),
         lens_tracks={"focal_length_mm": (50, 60, 70)},
     )

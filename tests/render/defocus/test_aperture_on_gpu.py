@@ -89,7 +89,7 @@ def test_gpu_aperture_equals_cpu_for_every_shape(
 ) -> None:
     """Blades, barrel, rim and colours, anywhere in a picture and in discs of either side."""
     rng, field = np.random.default_rng(seed), PictureField.of((200, 120), aspect).moved((10, 5))
-    disc = DiscShape(aperture, aspect, field, axial_px)
+    disc = DiscShape(aperture, pixel_aspect_ratio=aspect, in_picture=field, axial_px=axial_px)
     place = tuple(np.float32(rng.uniform(0, (220, 130))).astype(float).tolist())
     radii = np.exp(rng.uniform(np.log(0.5), np.log(150.0), ROUNDS)) * rng.choice([-1, 1], ROUNDS)
     ramps = rng.uniform(0.5, 3.0, ROUNDS)

@@ -74,7 +74,7 @@ def test_disc_error_slopes_match_finite_differences(error, rng):
 
 
 def test_rank_search_slopes_match_finite_differences(error, rng):
-    fit, search = stored_fit("disc_3"), _RankSearch(error, 3, 2)
+    fit, search = stored_fit("disc_3"), _RankSearch(error, count=3, rank=2)
     images, logs = images_of(fit.mix)[:, :2], np.log(fit.poles)
     point = np.concatenate([logs.real, logs.imag, images.real.ravel(), images.imag.ravel()])
     change, step = rng.normal(size=point.size), 1e-6

@@ -71,9 +71,9 @@ class RenderedLamps:
         self._passes, half = passes_of(ctx), blocks_for(size, 2)
         poles = new_array(ctx, self._passes.solver.between_size(half), 1, 4, PACKED)
         scratch = Surroundings(
-            new_texture(ctx, half, 4),
-            new_texture(ctx, half, 1),
-            BlurTargets(poles, new_texture(ctx, half, 4)),
+            luminance=new_texture(ctx, half, 4),
+            coc=new_texture(ctx, half, 1),
+            targets=BlurTargets(poles, new_texture(ctx, half, 4)),
         )
         lit = ctx.buffer(reserve=WithoutHighlights.lit_bytes(size))
         into = WithoutHighlights(
@@ -190,8 +190,8 @@ def test_highlights_with_aperture_image_keep_light(ctx: Device, coc_px: float) -
 def test_highlight_is_disc_of_its_circle_of_confusion(ctx: Device) -> None:
     lamps = RenderedLamps(
         ctx,
-        dark_picture_with_lamps((80, 80), {(40, 40): 200.0}),
-        np.full((80, 80), 30.0, np.float32),
+        color=dark_picture_with_lamps((80, 80), {(40, 40): 200.0}),
+        coc=np.full((80, 80), 30.0, np.float32),
     )
     drawn = lamps.drawn[..., 0]
     y, x = np.mgrid[:80, :80]
@@ -205,9 +205,9 @@ def test_highlight_is_disc_of_its_circle_of_confusion(ctx: Device) -> None:
 def test_highlight_of_squeezed_lens_is_ellipse(ctx: Device) -> None:
     lamps = RenderedLamps(
         ctx,
-        dark_picture_with_lamps((80, 80), {(40, 40): 200.0}),
-        np.full((80, 80), 40.0, np.float32),
-        ANAMORPHIC,
+        color=dark_picture_with_lamps((80, 80), {(40, 40): 200.0}),
+        coc=np.full((80, 80), 40.0, np.float32),
+        disc=ANAMORPHIC,
     )
     drawn = lamps.drawn[..., 0]
     y, x = np.mgrid[:80, :80] - 40
@@ -224,9 +224,9 @@ def test_highlight_has_shape_of_opening(ctx: Device, disc: DiscShape, coc_px: fl
     """Each pixel and color matches the coverage of the aperture at the position of the lamp."""
     lamps = RenderedLamps(
         ctx,
-        dark_picture_with_lamps((96, 96), {(30, 60): 200.0}),
-        np.full((96, 96), coc_px, np.float32),
-        disc,
+        color=dark_picture_with_lamps((96, 96), {(30, 60): 200.0}),
+        coc=np.full((96, 96), coc_px, np.float32),
+        disc=disc,
     )
     y, x = np.mgrid[:96, :96] + 0.5
     place = 60.5, 30.5
@@ -354,7 +354,7 @@ def test_only_blocks_with_light_are_listed_for_merging(ctx: Device) -> None:
     """The number of listed blocks decides the cost of merging."""
     places = {(3, 5): 60.0, (7, 8): 60.0, (40, 61): 60.0, (41, 62): 60.0}
     lamps = RenderedLamps(
-        ctx, dark_picture_with_lamps((64, 67), places), np.full((64, 67), 8.0, np.float32)
+        ctx, color=dark_picture_with_lamps((64, 67), places), coc=np.full((64, 67), 8.0, np.float32)
     )
     words = np.frombuffer(lamps.buffers.blocks.read(), np.uint32)
     listed = {(word >> 16, word & 0xFFFF) for word in words[4 : 4 + words[3]].tolist()}

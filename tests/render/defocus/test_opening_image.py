@@ -77,7 +77,7 @@ def test_opening_image_in_glsl_agrees_with_python(
     aperture = Aperture(
         squeeze=1.5, rim=rim, blade_rotation_deg=rotation, cat_eye=cat_eye, aperture_image=image
     )
-    disc = DiscShape(aperture, 1.2, PictureField.of((200, 120), 1.2))
+    disc = DiscShape(aperture, pixel_aspect_ratio=1.2, in_picture=PictureField.of((200, 120), 1.2))
     position_px = tuple(np.float32(rng.uniform(0, (200, 120))).astype(float).tolist())
     radii = np.exp(rng.uniform(np.log(0.5), np.log(300.0), COUNT)) * rng.choice([-1, 1], COUNT)
     square, ramps = rng.random((COUNT, 2)), rng.uniform(0.5, 3.0, COUNT)

@@ -37,7 +37,7 @@ def optics_at(lens: Lens, *depths_m: float) -> Optics:
     shape = np.ones(WINDOW, np.float32)
     plate = plate_of(np.ones((*WINDOW, 3), np.float32), shape)
     dioptres = 1.0 / np.array(depths_m)
-    bins = ValueBins(dioptres.min(), dioptres.max(), np.ones(BINS, np.int64))
+    bins = ValueBins(low=dioptres.min(), high=dioptres.max(), counts=np.ones(BINS, np.int64))
     return optics_of(plate, bins, lens)
 
 
@@ -100,14 +100,14 @@ def test_coc_at_infinity_of_coc_plate_is_its_largest() -> None:
     ],
 )
 def test_uncovered_px_adds_both_blurs_and_eight_pixels(cocs, disc, hidden_px) -> None:
-    assert Optics(None, np.array(cocs), disc).uncovered_px == hidden_px
+    assert Optics(line=None, occupied_px=np.array(cocs), disc=disc).uncovered_px == hidden_px
 
 
 @given(LINES, COCS, SCALES)
 def test_scaled_optics_scales_coc_line_and_axial_color(
     line: CocLine, cocs: np.ndarray, proxy: float
 ) -> None:
-    full_size = Optics(line, cocs, replace(SQUEEZED, axial_px=3.0))
+    full_size = Optics(line, occupied_px=cocs, disc=replace(SQUEEZED, axial_px=3.0))
     proxy_size = full_size.scaled(proxy)
     assert proxy_size.line == CocLine(line.at_infinity_px * proxy, line.per_dioptre_px * proxy)
     np.testing.assert_allclose(proxy_size.occupied_px, cocs * proxy)

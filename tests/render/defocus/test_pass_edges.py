@@ -104,7 +104,7 @@ def test_color_rounds_run_red_and_blue_and_end_with_green():
 def test_proxy_list_capacity_is_limited_by_buffer_size(ctx: Device):
     words = ctx.buffer(reserve=1200)
     whole = FragmentBuffers(
-        ctx.buffer(reserve=16), words, (2, 2), is_measured=False, is_exact=False
+        starts=ctx.buffer(reserve=16), words=words, size=(2, 2), is_measured=False, is_exact=False
     )
     few, more = (proxy_list_capacity(ctx, whole, size) for size in ((1, 1), (10, 10)))
     each = (more - few) // 99

@@ -27,7 +27,7 @@ class Rig:
     def __init__(self, ctx) -> None:
         self.plate = plate_of(*room(*SIZE))
         self.pipeline = DefocusPipeline(
-            ctx, DefocusPasses(ctx, SweepSolver(ctx)), lambda: self.on_layer
+            ctx, passes=DefocusPasses(ctx, SweepSolver(ctx)), layer_callback=lambda: self.on_layer
         )
         self.on_layer: LayerCallback | None = None
         self.color, self.depth = new_texture(ctx, SIZE, 4), new_texture(ctx, SIZE, 1)
@@ -62,7 +62,7 @@ def rig(session_context):
 
 
 def test_steps_are_declared_passes_and_layers_end_with_blur(rig):
-    settings = DefocusSettings(Bokeh.DISC, Quality.DRAFT, 3)
+    settings = DefocusSettings(bokeh=Bokeh.DISC, quality=Quality.DRAFT, layers=3)
     steps = list(rig.steps(settings))
     assert set(steps) <= {one.name for one in PASSES}
     assert steps[0] == "coc" and steps[-1] == "highlights drawn"
@@ -95,7 +95,7 @@ def test_steps_refuses_method_that_needs_a_scene(rig, method):
 
 
 def test_progress_counts_layers_of_all_colors(rig):
-    settings = DefocusSettings(Bokeh.GAUSSIAN, Quality.DRAFT, 3)
+    settings = DefocusSettings(bokeh=Bokeh.GAUSSIAN, quality=Quality.DRAFT, layers=3)
     layers = len(last_steps_of_runs(list(rig.steps(settings)), "blur"))
     assert rig.collect_progress(settings) == [(done, layers) for done in range(layers)]
     lens = lens_blurring(6.0, 48)
@@ -108,7 +108,7 @@ def test_progress_counts_layers_of_all_colors(rig):
 
 
 def test_progress_with_alpha_counts_two_pictures(rig):
-    settings = DefocusSettings(Bokeh.GAUSSIAN, Quality.DRAFT, 3)
+    settings = DefocusSettings(bokeh=Bokeh.GAUSSIAN, quality=Quality.DRAFT, layers=3)
     reports = rig.collect_progress(settings, has_alpha=True)
     layers = reports[0][1]
     assert layers % 2 == 0 and reports == [(done, layers) for done in range(layers)]
@@ -136,7 +136,7 @@ def test_steps_without_blur_return_plate_at_proxy_size(rig, proxy):
 
 
 def test_steps_closed_early_do_not_change_next_picture(rig):
-    settings = DefocusSettings(Bokeh.DISC, Quality.DRAFT, 3)
+    settings = DefocusSettings(bokeh=Bokeh.DISC, quality=Quality.DRAFT, layers=3)
     whole = download(run_all_steps(rig.steps(settings)))
     for count in (1, 4, 9):
         steps = rig.steps(settings)

@@ -63,7 +63,10 @@ def test_lifetimes_overlap_on_declared_lifetimes() -> None:
 
 def test_lifetimes_overlap_on_made_up_lifetimes() -> None:
     first, second, third = ORDER[:3]
-    early, late = Lifetime("m", first, second), Lifetime("m", third, third)
+    early, late = (
+        Lifetime(memory="m", first=first, last=second),
+        Lifetime(memory="m", first=third, last=third),
+    )
     assert not lifetimes_overlap(early, late) and not lifetimes_overlap(late, early)
     touching = Lifetime("m", second, third)  # written by the pass that reads the other last
     assert (
@@ -72,7 +75,7 @@ def test_lifetimes_overlap_on_made_up_lifetimes() -> None:
         and lifetimes_overlap(early, early)
     )
     assert not lifetimes_overlap(early, replace(touching, memory="n"))
-    forever = Lifetime("m", first, AFTER_THE_PICTURE)
+    forever = Lifetime(memory="m", first=first, last=AFTER_THE_PICTURE)
     assert lifetimes_overlap(forever, late) and lifetimes_overlap(late, forever)
 
 

@@ -30,7 +30,7 @@ def split_fragments(
     upload(coc_tx, coc)
     channels = (1 if lists is None else 2, 4, 4)
     kind, far, near = (new_texture(ctx, size, count, "f2") for count in channels)
-    picture = UnmixedPicture(color_tx, coc_tx, kind, far, near, lists)
+    picture = UnmixedPicture(color=color_tx, coc=coc_tx, kind=kind, far=far, near=near, lists=lists)
     pixels, thin = (ctx.buffer(reserve=list_bytes(size)) for _ in range(2))
     optics = Optics(CocLine(AT_INFINITY_PX, PER_DIOPTRE_PX), np.array([0.0]))
     list(UnmixPass(ctx).steps(picture, optics, pixels, thin))

@@ -17,7 +17,7 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.source.named import camera_of_shot
 
 PINHOLE = Lens(50.0, 1e5, 0.5, 36.0, close_focus_m=0.5)
-QUICK = DefocusSettings(Bokeh.HEAT, Quality.DRAFT, 1)
+QUICK = DefocusSettings(bokeh=Bokeh.HEAT, quality=Quality.DRAFT, layers=1)
 HEIGHT, WIDTH = 48, 80
 
 

@@ -35,7 +35,7 @@ def test_contexts_made_lists_test_of_second_context(request, second_context):
 def test_growth_faults_reports_textures_and_memory():
     flat = [ProcessState(frames, 100_000_000, {"Textures": 4}) for frames in (10, 20, 30, 40)]
     assert growth_faults(flat) == []
-    grown = ProcessState(40, 100_000_000, {"Textures": 5})
-    larger = ProcessState(40, 200_000_000, {"Textures": 4})
+    grown = ProcessState(frames=40, memory_bytes=100_000_000, objects={"Textures": 5})
+    larger = ProcessState(frames=40, memory_bytes=200_000_000, objects={"Textures": 4})
     assert "{'Textures': 5}, not {'Textures': 4}" in growth_faults([*flat[:3], grown])[0]
     assert "memory grew by 100.0 MB" in growth_faults([*flat[:3], larger])[0]

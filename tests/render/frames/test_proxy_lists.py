@@ -64,7 +64,7 @@ def reduce_plate(ctx, passes, plate: Plate, proxy: float) -> tuple[Image, Image,
         color,
         depth,
         whole,
-        ProxyListMemory(fragment_buffers, capacity, ctx.buffer(reserve=4)),
+        ProxyListMemory(lists=fragment_buffers, capacity=capacity, total=ctx.buffer(reserve=4)),
         out_depth,
     )
     made = np.frombuffer(buffers[0].read(), np.uint32)

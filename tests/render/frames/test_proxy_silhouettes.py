@@ -36,7 +36,7 @@ def reduce_and_list(
     capacity, pixels = proxy_list_capacity(ctx, None, SMALL), SMALL[0] * SMALL[1]
     buffers = ctx.buffer(reserve=4 * (pixels + 1)), ctx.buffer(reserve=FRAGMENT_BYTES * capacity)
     list_memory = ProxyListMemory(
-        FragmentBuffers(*buffers, SMALL, True), capacity, ctx.buffer(reserve=4)
+        lists=FragmentBuffers(*buffers, SMALL, True), capacity=capacity, total=ctx.buffer(reserve=4)
     )
     passes.proxy_lists.list_silhouettes(*whole, small[2], list_memory, small[1])
     starts = np.frombuffer(buffers[0].read(), np.uint32)

@@ -40,7 +40,7 @@ from support.frame_caches import PATIENCE_S
 from support.session_files import LENS, room_file
 
 SOURCE = KeySource("/plates/a.exr", ((5, 7),))
-SIGHT = SceneSight(Pose(), 3.0, (96, 54))
+SIGHT = SceneSight(pose=Pose(), moment=3.0, size=(96, 54))
 DRAFT = DefocusSettings(quality=Quality.DRAFT, proxy=0.5)
 
 

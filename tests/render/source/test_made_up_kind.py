@@ -96,7 +96,7 @@ class OpenedFormula(Opened):
         return start_lens(plate_at(1), lens_fields | {"sensor_width_mm": 36.0} | dict(given_fields))
 
     def shot(self, lens, defocus):
-        return Shot(lens, defocus, self.text, self.options, frames=FRAMES)
+        return Shot(lens, defocus, source=self.text, plate_options=self.options, frames=FRAMES)
 
 
 class FormulaFeed(PictureFeed):

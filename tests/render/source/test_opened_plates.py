@@ -27,7 +27,7 @@ def pattern(tmp_path):
 
 
 def open_plates_named(text, frame=None, wake=lambda: None):
-    return open_plates(Opening(str(text), PlateOptions(), frame, wake=wake))
+    return open_plates(Opening(text=str(text), options=PlateOptions(), frame=frame, wake=wake))
 
 
 @pytest.mark.parametrize(

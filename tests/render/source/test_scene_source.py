@@ -108,7 +108,7 @@ def test_opened_scene_has_options_frames_and_notes_of_file(path):
 
 def test_scene_on_gpu_draws_each_frame_once(ctx, path):
     scene_on_gpu = SceneOnGpu(ctx, read_scene(path))
-    shot = Shot(LENS, framing=Framing(48, 32, "main"))
+    shot = Shot(LENS, framing=Framing(width_px=48, height_px=32, camera="main"))
     try:
         assert (
             scene_on_gpu.size(shot) == (48, 32) and scene_on_gpu.size(Shot(LENS)) == Framing().size
@@ -192,7 +192,7 @@ def test_plate_on_gpu_reuses_textures_for_same_size(ctx):
 
 
 def test_camera_of_shot_differs_for_scene_and_plates(path):
-    shot = Shot(LENS, source=str(path), framing=Framing(48, 32, "main"))
+    shot = Shot(LENS, source=str(path), framing=Framing(width_px=48, height_px=32, camera="main"))
     frames = FrameRange(1, 3)
     of_scene = camera_of_shot(shot, "cam", frames)
     of_plates = camera_of_shot(Shot(LENS, source="a.exr", frames=frames), "cam", frames, 24.0)

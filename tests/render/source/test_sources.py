@@ -87,9 +87,9 @@ def test_plan_export_refuses_to_overwrite_its_depth_file(tmp_path):
         source=str(tmp_path / "rgb.exr"),
         plate_options=PlateOptions(depth_source=str(depth)),
     )
-    plan_export(ExportJob(shot, (1,), parse_output(tmp_path / "out.exr")))
+    plan_export(ExportJob(shot, frames=(1,), output=parse_output(tmp_path / "out.exr")))
     with pytest.raises(InputError, match=r"depth\.exr is an input of this export"):
-        plan_export(ExportJob(shot, (1,), parse_output(depth)))
+        plan_export(ExportJob(shot, frames=(1,), output=parse_output(depth)))
 
 
 def test_scene_source_has_same_files_at_every_frame(tmp_path):

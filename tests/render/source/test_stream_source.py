@@ -19,7 +19,7 @@ from support.tev_peers import wait_until as until
 
 @contextmanager
 def open_stream(wake=lambda: None):
-    stream = StreamSource("127.0.0.1", 0, wake)
+    stream = StreamSource(host="127.0.0.1", port=0, wake=wake)
     try:
         yield stream
     finally:

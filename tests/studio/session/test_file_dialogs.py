@@ -28,7 +28,7 @@ from support.tev_peers import wait_until
 
 
 def begin_walk(folder, key="open", name=""):
-    folder_walk = FolderWalk(PURPOSES[key], folder, name, lambda: None)
+    folder_walk = FolderWalk(purpose=PURPOSES[key], folder=folder, name=name, wake=lambda: None)
     read_folder(folder_walk)
     return folder_walk
 

@@ -89,8 +89,11 @@ def test_mark_track_has_gaps_where_frames_are_not_in_memory(session):
     run_until(session, lambda: cache.get(FIRST + 3) is not None, "some frames")
     marks = (PointMark("A", *map(float, LEFT)), DistanceMark("B", 3.0))
     assert tracks.tracks(None, (), marks) == ()
-    runs = (Run(FIRST, FIRST + 1, "ready"), Run(FIRST + 2, FIRST + 2, "waiting"))
-    runs = (*runs, Run(FIRST + 3, FIRST + 3, "ready"))
+    runs = (
+        Run(first=FIRST, last=FIRST + 1, state="ready"),
+        Run(first=FIRST + 2, last=FIRST + 2, state="waiting"),
+    )
+    runs = (*runs, Run(first=FIRST + 3, last=FIRST + 3, state="ready"))
     (track,) = tracks.tracks(cache, runs, marks)
     assert [[frame for frame, _ in line] for line in track.lines] == [
         [FIRST, FIRST + 1], [FIRST + 3],

@@ -43,9 +43,9 @@ class KeyControl:
         self.clock_s = 0.0
         self.editing = Editing(shot, self.messages.append, clock=lambda: self.clock_s)
         self.keys = KeyCommands(
-            shared_of(self.editing, self.messages.append),
-            RowChoice(lambda: has_camera),
-            lambda: self.camera_keys.append(self.editing.frame),
+            shared=shared_of(self.editing, self.messages.append),
+            rows=RowChoice(lambda: has_camera),
+            set_camera_key=lambda: self.camera_keys.append(self.editing.frame),
         )
 
     @property

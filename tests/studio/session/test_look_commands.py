@@ -39,7 +39,7 @@ def looks(messages) -> LookCommands:
 def test_look_commands_keep_go_delete_and_undo(looks, messages):
     editing = looks._editing
     looks.keep()
-    assert looks.looks == (Look("A", LENS, 0),) and "Ctrl+1" in messages[-1]
+    assert looks.looks == (Look(name="A", lens=LENS, frame=0),) and "Ctrl+1" in messages[-1]
     wide = replace(LENS, focal_length_mm=24.0, f_stop=8.0)
     editing.edit_lens(wide)
     editing.settle()
@@ -92,7 +92,7 @@ def test_compare_shows_the_frame_through_a_look_as_b(looks):
 def test_quick_picture_of_a_look_is_a_quarter_size_but_never_empty():
     for framing, size in ((Framing(96, 54), (24, 14)), (None, None), (Framing(1, 1), (1, 1))):
         shot = Shot(LENS, framing=framing)
-        quick = _Tile(PictureKey(1, 7, shot, shot.defocus)).quick_key
+        quick = _Tile(PictureKey(plate=1, frame=7, shot=shot, settings=shot.defocus)).quick_key
         whole = (framing or Framing()).size
         assert quick.shot.framing.size == (size or tuple(round(side / 4) for side in whole))
         assert quick.frame == 7 and quick.settings == quick.shot.defocus == fastest_settings(

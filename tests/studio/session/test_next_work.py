@@ -49,7 +49,7 @@ def test_next_work_answers_a_change_before_the_plate_is_good(state, at):
     sides = tuple(answering if at == i else BUSY_SIDE for i in range(2))
     plate = replace(state.plate, exists=True)
     chosen = next_work(replace(state, plate=plate, sides=sides, plays_rendered=False))
-    assert chosen == NextWork(Work.SIDE, 0.0, at)
+    assert chosen == NextWork(work=Work.SIDE, wait_s=0.0, side=at)
 
 
 @given(STATES)
@@ -71,7 +71,7 @@ def test_next_work_is_nothing_while_rendered_frames_play(state):
 def test_next_work_picks_side_by_turn_when_both_have_work(state):
     busy_sides = (BUSY_SIDE, BUSY_SIDE)
     chosen = next_work(replace(state, plate=WHOLE_PLATE, sides=busy_sides, plays_rendered=False))
-    assert chosen == NextWork(Work.SIDE, 0.0, state.turn_index)
+    assert chosen == NextWork(work=Work.SIDE, wait_s=0.0, side=state.turn_index)
 
 
 @given(st.integers(0, 1))

@@ -101,9 +101,9 @@ def test_follow_reads_all_frames_by_the_depth_convention_shown(nearby):
     editing = SimpleNamespace(shot=shot, do=edited_shots.append)
     source = SimpleNamespace(opened=opened_plates, picture_shape=lambda _: PictureShape(48, 32))
     marks = MarkCommands(
-        shared_of(editing, messages.append, source),
-        SimpleNamespace(played=FrameRange(1, 5), cache=opened_plates.cache),
-        SimpleNamespace(measure_point=lambda mark, frames: None),
+        shared=shared_of(editing, messages.append, source),
+        timeline=SimpleNamespace(played=FrameRange(1, 5), cache=opened_plates.cache),
+        scenes=SimpleNamespace(measure_point=lambda mark, frames: None),
     )
     marks.follow(MARK)
     marks._reader.wait()

@@ -127,9 +127,9 @@ def cut(tmp_path):
         shot_path, Shot(lens, source=sources[2], frames=FrameRange(FIRST, LAST), in_out=frames)
     )
     shots = (
-        ReelShot("a", sources[0], FrameRange(1005, 1006)),
-        ReelShot("gone", "", None, ("its media are missing: /nowhere",)),
-        ReelShot("b", sources[1], FrameRange(1010, 1011)),
+        ReelShot(name="a", source=sources[0], frames=FrameRange(1005, 1006)),
+        ReelShot(name="gone", source="", frames=None, notes=("its media are missing: /nowhere",)),
+        ReelShot(name="b", source=sources[1], frames=FrameRange(1010, 1011)),
         ReelShot("c", str(shot_path)),
     )
     path = tmp_path / "cut.heatreel.json"

@@ -37,7 +37,7 @@ def view(session):
 
 
 def test_point_m_places_pixel_as_seen_by_a_pinhole_camera():
-    camera = Intrinsics(50.0, 36.0, PictureShape(36, 24))
+    camera = Intrinsics(focal_length_mm=50.0, sensor_width_mm=36.0, shape=PictureShape(36, 24))
     # One pixel is 1 mm of the sensor: at 50 m a metre.
     assert camera.point_m((18, 12), 50.0) == pytest.approx((0.5, 0.5, 50.0))
     assert camera.point_m((0, 0), 50.0) == pytest.approx((-17.5, -11.5, 50.0))

@@ -17,7 +17,7 @@ class FakeReceiver:
     """Stand-in for a receiver, whose samples the test sets."""
 
     def __init__(self) -> None:
-        self.now = SourceState(None, (), 0.0, 0.0, 0)
+        self.now = SourceState(sample=None, sources=(), rate_hz=0.0, age_s=0.0, version=0)
         self.on_news = lambda: None
 
     def listen(self, on_news: Callable[[], None]) -> None:
@@ -158,7 +158,7 @@ def test_to_picture_s_runs_from_first_turn_to_picture_of_the_last(receiver, edit
 
 
 def test_ring_hand_without_a_ring_waits_for_nothing(editing, messages):
-    hand = RingFollower(None, editing, messages.append)
+    hand = RingFollower(receiver=None, editing=editing, notify=messages.append)
     hand.poll()
     assert hand.heard is None and hand.seconds_until_needed() is None
 

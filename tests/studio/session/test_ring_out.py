@@ -48,7 +48,7 @@ def test_ring_out_sends_changes_at_once_and_repeats_before_silence(editing):
     assert line.samples[-1].focus_distance_m == 1.5
     editing.frame = 30  # 24 frames a second
     out.poll()
-    assert line.samples[-1].timecode == Timecode(0, 0, 1, 6)
+    assert line.samples[-1].timecode == Timecode(hours=0, minutes=0, seconds=1, frames=6)
     wait_s = out.seconds_until_needed()
     assert wait_s is not None and 0 < wait_s < SILENT_AFTER_S
     clock_s[0] += 2 * wait_s
@@ -58,7 +58,7 @@ def test_ring_out_sends_changes_at_once_and_repeats_before_silence(editing):
 
 
 def test_sent_sample_has_timecode_and_rate_of_the_shot(editing):
-    line, timecode = Line(), Timecode(10, 0, 0, 5)
+    line, timecode = Line(), Timecode(hours=10, minutes=0, seconds=0, frames=5)
     editing.edit(replace(editing.shot, frames_per_second=25.0))
     RingOut(line, editing, print, lambda shot, frame: (frame, timecode)).poll()
     (sample,) = line.samples
@@ -67,7 +67,7 @@ def test_sent_sample_has_timecode_and_rate_of_the_shot(editing):
 
 def test_failed_sending_of_the_lens_is_reported_once(editing):
     line, messages = Line(), []
-    out = RingOut(line, editing, messages.append, no_timecode)
+    out = RingOut(sender=line, editing=editing, notify=messages.append, timecode_at=no_timecode)
     line.is_cut = True
     for _ in range(3):
         out.poll()

@@ -29,7 +29,7 @@ def frames_of(counts, shown_frames, of_shot=None, played=PLAYED_FRAMES):
 
 
 def test_by_timecode_uses_the_timecode_of_the_shot():
-    of_shot = (1001, Timecode(10, 0, 0, 0))
+    of_shot = (1001, Timecode(hours=10, minutes=0, seconds=0, frames=0))
     ten = 10 * 3600 * 24
     assert frames_of([ten, ten + 1, ten + 7], [1050] * 3, of_shot) == [1001, 1002, 1008]
     assert frames_of([ten - 3, ten + 2], [1050] * 2, of_shot) == [1003]  # the lead is left out

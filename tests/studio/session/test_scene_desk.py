@@ -79,7 +79,7 @@ def test_orbit_drag_turns_about_the_focus_at_a_constant_distance(session, scenes
     angle_deg = math.degrees(math.acos((start - pivot) @ (end - pivot) / 9.0))
     assert angle_deg == pytest.approx(45.0) and end[1] == pytest.approx(start[1])
     assert end[0] < start[0]
-    scenes.move(CameraDrag("orbit", 0.0, 0.1))
+    scenes.move(CameraDrag(kind="orbit", right=0.0, down=0.1))
     assert position(scenes)[1] > start[1]  # down takes the camera up
     session.editing.undo()
     assert position(scenes) == pytest.approx(start)
@@ -89,7 +89,7 @@ def test_truck_drag_moves_the_focus_plane_with_the_pointer(session, scenes):
     session.lens.commands.focus(3.0)
     start, lens = position(scenes), session.editing.lens
     height_m = 3.0 * lens.sensor_width_mm / lens.focal_length_mm / (48 / 32)
-    scenes.move(CameraDrag("truck", 0.5, 0.25))
+    scenes.move(CameraDrag(kind="truck", right=0.5, down=0.25))
     expected = start + np.array([-0.5 * height_m, 0.25 * height_m, 0.0])
     assert position(scenes) == pytest.approx(expected)
 
@@ -402,5 +402,5 @@ def test_missing_clip_is_requested_once(ctx, renderer, tmp_path, clips_path):
 
 
 def test_truck_drag_sets_no_focal_length_key(session, scenes):
-    scenes.move(CameraDrag("truck", 0.1, 0.0))
+    scenes.move(CameraDrag(kind="truck", right=0.1, down=0.0))
     assert not session.editing.shot.curves.of(LensParameter.FOCAL_LENGTH).keys

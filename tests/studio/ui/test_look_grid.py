@@ -152,7 +152,7 @@ def test_looks_keep_stills_in_the_shot_file(gui, looks, tmp_path):
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 def test_grid_cells_have_one_size_within_the_viewport(gui, count):
-    whole = Viewport((10.0, 20.0), (640.0, 400.0), 1.5)
+    whole = Viewport(corner=(10.0, 20.0), size=(640.0, 400.0), framebuffer_scale=1.5)
     grid_cells = cells(whole, count)
     assert len(grid_cells) == count and len({cell.size for cell in grid_cells}) == 1
     for index, cell in enumerate(grid_cells):

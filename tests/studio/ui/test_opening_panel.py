@@ -27,7 +27,7 @@ def test_disc_outline_is_the_edge_of_the_coverage(
     aperture: Aperture, position: tuple[float, float]
 ) -> None:
     """The disc covers points at 0.98 of the outline, and none at 1.02 of it."""
-    disc = DiscShape(aperture, 1.0, PictureField.of((1600, 900)))
+    disc = DiscShape(aperture, pixel_aspect_ratio=1.0, in_picture=PictureField.of((1600, 900)))
     x, y = disc_outline(aperture, position).T
     inside = disc.coverage(0.98 * x, 0.98 * y, 1.0, 1e-3, position)
     outside = disc.coverage(1.02 * x, 1.02 * y, 1.0, 1e-3, position)
@@ -93,6 +93,6 @@ def test_image_cells_of_an_aperture_equal_its_coverage() -> None:
             for first, last, grey in runs:
                 drawn_values[row, first:last] = grey
         y, x = np.mgrid[0 : len(rows), 0 : len(rows)] + 0.5 - len(rows) / 2
-        disc = DiscShape(aperture, 1.0, PictureField.of((1600, 900)))
+        disc = DiscShape(aperture, pixel_aspect_ratio=1.0, in_picture=PictureField.of((1600, 900)))
         coverage = disc.coverage(x, y, len(rows) / 2, 0.5, position)
         np.testing.assert_allclose(drawn_values**2.2, coverage / coverage.max(), atol=0.04)

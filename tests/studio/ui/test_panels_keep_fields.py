@@ -95,10 +95,10 @@ def test_blur_panel_keeps_every_field(screen, has_many_views, settings):
 
 
 def test_lens_and_opening_panels_keep_every_field(screen, facts):
-    lens_facts = LensFacts(facts.histogram, "m", {})
+    lens_facts = LensFacts(facts.histogram, unit="m", sources={})
     assert_fields_kept(lambda value: lens_panel(value, lens_facts, fail_on_report), LENS)
     assert_fields_kept(lambda value: opening_panel(value, fail_on_report, lambda: None), LENS)
-    without_distances = LensFacts(None, "ft", {})
+    without_distances = LensFacts(histogram=None, unit="ft", sources={})
     assert_fields_kept(lambda value: lens_panel(value, without_distances, fail_on_report), LENS)
 
 

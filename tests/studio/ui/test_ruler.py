@@ -16,7 +16,11 @@ from heatlens.studio.ui.picture.pixel_values import _ruler_ends
 from support.session_files import BALL, BALL_M, LENS, POST, POST_M, SKY, WIDTH
 
 K = imgui.Key
-CAMERA = Intrinsics(50.0, 36.0, PictureShape(101, 61, 1.0))
+CAMERA = Intrinsics(
+    focal_length_mm=50.0,
+    sensor_width_mm=36.0,
+    shape=PictureShape(width_px=101, height_px=61, pixel_aspect=1.0),
+)
 
 
 def expected_m(a, b) -> float:
@@ -34,7 +38,7 @@ def expected_m(a, b) -> float:
 )
 def test_point_m_agrees_with_the_conversion_of_radial_depth(x, y, z, aspect):
     """The distance from camera to point converts back to its planar depth."""
-    camera = replace(CAMERA, shape=PictureShape(101, 61, aspect))
+    camera = replace(CAMERA, shape=PictureShape(width_px=101, height_px=61, pixel_aspect=aspect))
     far = math.dist(camera.point_m((x, y), z), (0.0, 0.0, 0.0))
     radial = np.full((61, 101), far, np.float32)
     box = Box(0, 0, 101, 61)
