@@ -17,6 +17,7 @@ from heatlens.media.documents.shot_file import autosave_path, read_shot, unnamed
 from heatlens.media.plate.header.camera_header import lens_attributes
 from heatlens.render.display.front_end import FrontEnd
 from heatlens.render.display.screen_pictures import ScreenPictures
+from heatlens.studio.board.loop_turn import LoopTurn
 from heatlens.studio.board.session import Session
 from heatlens.studio.settings.preferences import Preferences
 from heatlens.studio.settings.start import Start
@@ -72,11 +73,9 @@ def run_until(session: Session, condition: Callable[[], bool], label: str) -> No
 
 def run_loop_once(session: Session) -> None:
     """Make one turn of the loop, as the window does."""
-    session.poll()
-    session.time.scheduler.update()
-    if session.time.scheduler.is_working:
-        session.work()
-    session.editing.settle_if_resting(is_pressed=False)
+    turn = LoopTurn(session)
+    turn.make_frame()
+    turn.work()
 
 
 def run_until_settled(session: Session) -> None:

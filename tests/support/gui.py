@@ -64,6 +64,8 @@ class Gui:
             is_software=is_software(ctx),
         )
         self.screen = Screen(self.session, pictures, sharing)
+        speed = self.session.time.speed
+        speed.note_frame = lambda *_: None  # type: ignore[method-assign]  # no load changes a test
         self.screen.picture.fade.length_s = 0.0  # a picture is there at once
         self.session.begin()
         self.ui = self.screen.ui
@@ -76,12 +78,13 @@ class Gui:
             self.ui.scale.apply()
             imgui.backends.opengl3_new_frame()
             imgui.new_frame()
-            self.screen.draw()
-            imgui.render()
-            self._paint(self._corner)
-            # As a window does when it swaps: what waits to be drawn takes memory in llvmpipe.
-            self.ctx.finish()
-            self.screen.turn.note_shown()
+            self.screen.make_frame(self._show)
+
+    def _show(self) -> None:
+        imgui.render()
+        self._paint(self._corner)
+        # As a window does when it swaps: what waits to be drawn takes memory in llvmpipe.
+        self.ctx.finish()
 
     def _paint(self, target: Framebuffer) -> None:
         target.use()

@@ -1,7 +1,7 @@
 """The board alone drives a session: values and JSON in, plain values out, no window anywhere."""
 
 import json
-from dataclasses import fields
+from dataclasses import FrozenInstanceError, replace
 
 import pytest
 from hypothesis import given
@@ -20,8 +20,7 @@ from heatlens.studio.board.requests import (
     Save,
     TakeLook,
 )
-from heatlens.studio.board.state import State
-from support.evening import begin_session, run_loop_once, run_until_settled, write_plates
+from support.evening import FIRST, begin_session, run_loop_once, run_until_settled, write_plates
 
 
 @pytest.fixture
@@ -40,60 +39,74 @@ def board(session, tmp_path):
 
 
 def commands(board):
-    return {command.name: command for command in board.state().commands}
+    return {command.name: command for command in board.command_states()}
 
 
 def test_board_makes_and_saves_a_focus_pull(session, board, tmp_path):
-    first = board.state()
-    assert first.source.endswith("walls.####.exr") and first.first < first.last
+    first = board.facts
+    assert first.shot.source.endswith("walls.####.exr") and first.played.first < first.played.last
     assert first.size_px is not None and first.is_whole and first.near_m < first.far_m
     board.do(FocusAt(1, 1))
-    near = board.state().lens.focus_distance_m
+    near = board.facts.lens.focus_distance_m
     width, height = first.size_px
     board.do(MarkAt(width - 2, height - 2))
-    (mark,) = board.state().marks
+    (mark,) = board.facts.marks
     assert mark.distance_m is not None and mark.distance_m != near
     board.do(Pull(mark.name, 2))
-    board.do(Go(first.first + 2))
+    board.do(Go(first.played.first + 2))
     run_until_settled(session)
-    assert board.state().lens.focus_distance_m == pytest.approx(mark.distance_m)
-    assert board.state().title.endswith("*")
+    assert board.facts.lens.focus_distance_m == pytest.approx(mark.distance_m)
+    assert board.facts.title.endswith("*")
     board.do(Save(str(tmp_path / "walls.shot"), "save shot"))
     run_until_settled(session)
-    assert (tmp_path / "walls.shot").is_file() and not board.state().title.endswith("*")
+    assert (tmp_path / "walls.shot").is_file() and not board.facts.title.endswith("*")
 
 
 def test_board_picture_number_changes_only_with_the_picture(session, board):
-    before = board.state().picture
-    assert board.state().picture == before
-    board.do(Focus(board.state().lens.focus_distance_m / 2))
+    before = board.facts.picture
+    assert board.facts.picture == before
+    board.do(Focus(board.facts.lens.focus_distance_m / 2))
     run_until_settled(session)
-    assert board.state().picture > before
+    assert board.facts.picture > before
 
 
 def test_board_runs_named_commands_and_reports_their_state(board):
     assert commands(board)["Undo"].barred
-    before = board.state().lens
+    before = board.facts.lens
     board.do("Open 1/3 stop")
     run_loop_once(board._session)
-    assert board.state().lens.f_stop < before.f_stop
+    assert board.facts.lens.f_stop < before.f_stop
     assert not commands(board)["Undo"].barred and commands(board)["Undo"].is_on is None
     board.do("Undo")
-    assert board.state().lens == before
+    assert board.facts.lens == before
     assert commands(board)["Depth of field"].is_on
     board.do("Depth of field")
-    assert not commands(board)["Depth of field"].is_on and not board.state().view.depth_of_field
+    assert not commands(board)["Depth of field"].is_on and not board.facts.view.depth_of_field
 
 
-def test_state_has_the_values_of_the_facts_that_panels_show(session, board):
-    board.do(FocusAt(1, 1))
-    board.do("Set mark here")
-    state, facts = board.state(), session.facts
-    names = [field.name for field in fields(State) if field.name in vars(type(facts))]
-    assert len(names) > 15
-    for name in set(names) - {"recording", "keyed_focus_m"}:  # a word; without a lens, None
-        assert getattr(state, name) == getattr(facts, name), name
-    assert state.recording == facts.recording.name.lower()
+def test_facts_stay_as_they_were_and_the_same_until_the_turn_has_others(session, board):
+    before, shot = board.facts, session.editing.shot
+    assert board.facts is before
+    with pytest.raises(FrozenInstanceError):
+        before.frame = 3
+    session.editing.edit_lens(replace(before.lens, f_stop=4.0))  # as a panel does
+    assert board.facts.lens.f_stop == 4.0 and before.lens == shot.lens
+    session.time.timeline.go_to(FIRST + 1)
+    assert (board.facts.frame, before.frame) == (FIRST + 1, FIRST)
+    run_until_settled(session)
+    rest = board.facts
+    run_loop_once(session)
+    assert board.facts is rest and rest.is_whole
+
+
+def test_two_changes_in_one_turn_both_last(session, board):
+    lens, blur = board.facts.lens, board.facts.shot.defocus
+    board.change(replace(lens, f_stop=4.0))
+    board.change(replace(blur, quality=Quality.DRAFT))
+    board.change(replace(board.facts.lens, focal_length_mm=35.0))
+    shot = session.editing.shot
+    assert (shot.lens.f_stop, shot.lens.focal_length_mm) == (4.0, 35.0)
+    assert shot.defocus.quality is Quality.DRAFT and board.facts == session.facts
 
 
 def test_command_that_is_as_before_keeps_the_object_of_its_state(board):
@@ -115,11 +128,11 @@ def test_board_answer_in_json_agrees_with_state_values(board):
     )
     answer = board.answer({"change": "blur", "quality": "draft"})
     assert (
-        board.state().blur.quality is Quality.DRAFT
+        board.facts.shot.defocus.quality is Quality.DRAFT
         and answer["state"]["blur"]["quality"] == "draft"
     )
     assert board.answer({"change": "view", "exposure_stops": 1.5})["state"]["view"]
-    assert board.state().view.exposure_stops == 1.5
+    assert board.facts.view.exposure_stops == 1.5
     assert json.loads(json.dumps(board.answer({}))) == board.answer({})
 
 
@@ -178,45 +191,45 @@ def test_board_answers_any_message_with_state_or_problem(session, board):
 
     check_answer()
     run_loop_once(session)
-    assert board.state().lens is not None
+    assert board.facts.lens is not None
 
 
 def test_take_look_restores_lens_by_the_name_of_the_look(board):
     board.do("Keep this look")
-    before = board.state()
+    before = board.facts
     board.do(Focus(1.25))
-    board.do(TakeLook(before.looks[0].name))
-    assert board.state().lens == before.lens
-    assert board.state().view.compare is Compare.OFF
+    board.do(TakeLook(before.shot.looks[0].name))
+    assert board.facts.lens == before.lens
+    assert board.facts.view.compare is Compare.OFF
     board.do("Grid of looks")
-    assert board.state().view.compare is Compare.GRID
-    board.do(TakeLook(before.looks[0].name))
-    assert board.state().view.compare is Compare.OFF
+    assert board.facts.view.compare is Compare.GRID
+    board.do(TakeLook(before.shot.looks[0].name))
+    assert board.facts.view.compare is Compare.OFF
     board.do(TakeLook("none"))
-    assert board.state().is_problem and "none" in board.state().message
+    assert board.facts.is_problem and "none" in board.facts.message
 
 
 def test_take_look_leaves_a_wipe_as_it_is(board):
     board.do("Keep this look")
     board.do("Wipe")
-    board.do(TakeLook(board.state().looks[0].name))
-    assert board.state().view.compare is Compare.WIPE
+    board.do(TakeLook(board.facts.shot.looks[0].name))
+    assert board.facts.view.compare is Compare.WIPE
 
 
 def test_pull_goes_from_the_focus_of_now_to_the_named_mark_in_its_frames(board):
     """The window would offer the first mark, off all marks."""
     for at in ((8, 16), (40, 16)):
         board.do(MarkAt(*at))
-    first = board.state().first
+    first = board.facts.played.first
     board.do(Focus(5.0))
     board.do(Pull("B", 4))
     distances_m = []
     for frame in (first, first + 4, first + 9):
         board.do(Go(frame))
-        distances_m.append(board.state().lens.focus_distance_m)
+        distances_m.append(board.facts.lens.focus_distance_m)
     assert distances_m == pytest.approx([5.0, 8.0, 8.0])
     board.do(Pull("B", 0))
-    assert board.state().message == "A pull must last at least 1 frame, not 0."
+    assert board.facts.message == "A pull must last at least 1 frame, not 0."
 
 
 def test_next_shot_of_a_reel_steps_by_one_and_previous_back(session, monkeypatch):

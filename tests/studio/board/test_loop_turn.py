@@ -1,8 +1,5 @@
 """The turn of the loop that window and pages share: due frames, sleep and rendering."""
 
-from types import SimpleNamespace
-from typing import Any
-
 import pytest
 
 from heatlens.studio.board.loop_turn import LoopTurn
@@ -12,10 +9,7 @@ from heatlens.studio.board.session import Session
 @pytest.fixture
 def turn(session) -> LoopTurn:
     """Return the turn of a session that rests, with its first frame drawn."""
-    screen: Any = SimpleNamespace(
-        display=SimpleNamespace(set_transform=lambda _: None), transform_version=0
-    )
-    turn = LoopTurn(session, screen)
+    turn = LoopTurn(session)
     assert draw_due_frames(turn) == 1
     return turn
 
@@ -24,18 +18,9 @@ def draw_due_frames(turn: LoopTurn) -> int:
     """Draw frames while some are due; return their number."""
     count = 0
     while turn.begin_due_frame():
-        draw(turn)
+        turn.make_frame()
         count += 1
     return count
-
-
-def draw(turn: LoopTurn) -> bool:
-    """Draw a frame as a front end does; return True if it made a new picture."""
-    turn.poll()
-    turn.update()
-    turn.rest(is_pressed=False)
-    turn.note_shown()
-    return turn.end(is_held=False)
 
 
 def turn_the_lens(session: Session, turn: LoopTurn) -> None:
@@ -63,7 +48,7 @@ def test_loop_sleeps_until_the_earliest_need_and_not_while_a_frame_is_due(sessio
 
 def test_rendering_requests_frames_that_show_it_and_ends(session, turn):
     turn_the_lens(session, turn)
-    assert draw(turn)  # a preview, at once
+    assert turn.make_frame()  # a preview, at once
     drawn = 1
     while session.time.scheduler.is_working:
         turn.work()
@@ -77,13 +62,13 @@ def test_rendering_requests_frames_that_show_it_and_ends(session, turn):
 def test_pulse_is_due_only_while_a_picture_is_rendered(session, turn):
     assert not turn.is_pulse_due(0.0)
     turn_the_lens(session, turn)
-    draw(turn)
+    turn.make_frame()
     assert session.time.scheduler.is_working
     assert turn.is_pulse_due(0.0) and not turn.is_pulse_due(3600.0)
 
 
 def test_frame_notes_its_time_and_whether_it_made_a_picture(session, turn):
-    count = len(session.time.speed.frames_s)
+    session.time.speed.frames_s.clear()
     turn.draw_soon()
-    assert turn.begin_due_frame() and not draw(turn)
-    assert len(session.time.speed.frames_s) == count + 1
+    assert turn.begin_due_frame() and not turn.make_frame()
+    assert len(session.time.speed.frames_s) == 1

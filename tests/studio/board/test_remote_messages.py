@@ -72,7 +72,7 @@ def test_check_refuses_with_the_sentence_what_pages_may_not_do(board, message, s
 
 @pytest.mark.parametrize("of", REMOTE_FIELDS)
 def test_pages_may_change_each_field_that_is_listed(board, of):
-    now = {"lens": board.state().lens, "blur": board.state().blur, "view": board.state().view}[of]
+    now = {"lens": board.facts.lens, "blur": board.facts.shot.defocus, "view": board.facts.view}[of]
     message = {"change": of} | {name: getattr(now, name) for name in REMOTE_FIELDS[of]}
     board.check_remote(message)
     with pytest.raises(InputError, match="cannot change 'made_up'"):

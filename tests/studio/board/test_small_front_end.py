@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from heatlens.studio.board.board import Board
+from heatlens.studio.board.facts import Facts
 from heatlens.studio.board.requests import Export, MarkAt, Open
-from heatlens.studio.board.state import State
 from support.evening import FAR_M, FIRST, begin_session, run_loop_once, write_plates
 
 LINES_MOST = 40
@@ -26,36 +26,35 @@ class FrontEnd:
     def __init__(self, board: Board, turn: Callable[[], None]) -> None:
         self.board, self._turn = board, turn
 
-    def until(self, condition: Callable[[State], bool]) -> State:
-        """Turn until the state fulfils a condition; return that state."""
-        while not condition(state := self.board.state()):
+    def until(self, condition: Callable[[Facts], bool]) -> Facts:
+        """Turn until the facts fulfil a condition; return them."""
+        while not condition(facts := self.board.facts):
             self._turn()
-        return state
+        return facts
 
-    def open(self, name: str) -> State:
-        """Open a source; return the state with its whole picture."""
+    def open(self, name: str) -> Facts:
+        """Open a source; return the facts with its whole picture."""
         self.board.do(Open(name))
-        return self.until(lambda state: bool(state.source) and state.is_whole)
+        return self.until(lambda facts: bool(facts.shot.source) and facts.is_whole)
 
-    def drag_focus(self, to_m: float, steps: int = 4) -> State:
-        """Move the focus to a distance as a hand does; return the state at rest."""
-        lens = self.board.state().lens
-        assert lens is not None
+    def drag_focus(self, to_m: float, steps: int = 4) -> Facts:
+        """Move the focus to a distance as a hand does; return the facts at rest."""
+        lens = self.board.facts.lens
         for part in (step / steps for step in range(1, steps + 1)):
             distance_m = (1 - part) * lens.focus_distance_m + part * to_m
             self.board.change(replace(lens, focus_distance_m=distance_m))
             self._turn()
-        return self.until(lambda state: state.is_whole)
+        return self.until(lambda facts: facts.is_whole)
 
-    def mark(self, x_px: int, y_px: int) -> State:
+    def mark(self, x_px: int, y_px: int) -> Facts:
         """Set a mark on what is at a pixel."""
         self.board.do(MarkAt(x_px, y_px))
-        return self.until(lambda state: bool(state.marks))
+        return self.until(lambda facts: bool(facts.marks))
 
-    def export(self, folder: Path, frame: int) -> State:
-        """Export a frame; return the state once that has ended."""
+    def export(self, folder: Path, frame: int) -> Facts:
+        """Export a frame; return the facts once that has ended."""
         self.board.do(Export(str(folder), "shot", str(frame)))
-        return self.until(lambda state: state.message.startswith("Done") or state.is_problem)
+        return self.until(lambda facts: facts.message.startswith("Done") or facts.is_problem)
 
 
 @pytest.fixture
@@ -87,9 +86,9 @@ def test_small_front_end_opens_drags_marks_and_exports(front_end, tmp_path):
 def test_drag_is_one_step_of_undo(front_end, tmp_path):
     before = front_end.open(write_plates(tmp_path)).lens
     front_end.drag_focus(6.0)
-    front_end.until(lambda state: state.title.endswith("*"))
+    front_end.until(lambda facts: facts.title.endswith("*"))
     front_end.board.do("Undo")
-    assert front_end.board.state().lens == before
+    assert front_end.board.facts.lens == before
 
 
 def test_small_front_end_has_40_lines_and_knows_the_board_alone():
@@ -103,9 +102,9 @@ def test_small_front_end_has_40_lines_and_knows_the_board_alone():
 
 def test_export_tells_what_is_missing(front_end, tmp_path):
     front_end.board.do(Export(str(tmp_path / "out"), "shot"))
-    assert front_end.board.state().message == "Nothing is open to export."
+    assert front_end.board.facts.message == "Nothing is open to export."
     assert not (tmp_path / "out").exists()
     front_end.open(write_plates(tmp_path))
     front_end.board.do(Export(str(tmp_path / "out"), "shot", str(FIRST)))
     front_end.board.do(Export(str(tmp_path / "out"), "shot", str(FIRST)))
-    assert "begin another when it has finished" in front_end.board.state().message
+    assert "begin another when it has finished" in front_end.board.facts.message

@@ -1,19 +1,17 @@
-"""The state of a session as JSON: it holds no objects, and is made anew only after a change."""
+"""The facts of a session as JSON: all that pages read, and made anew only after a change."""
 
 import json
-from dataclasses import fields, is_dataclass
-from enum import Enum
+import re
+from pathlib import Path
 
 import pytest
 
+import heatlens
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.requests import Focus, MarkAt
-from heatlens.studio.board.state import IS_OBJECT, State
 
-HELD = [field.name for field in fields(State) if field.metadata.get(IS_OBJECT)]
-# The entries that pages read, see `studio/web`; those of them that may be null.
+WEB = Path(heatlens.__file__).parent / "studio/web"
 NULL = {"hyperfocal_m", "keyed_focus_m", "timecode", "part_done", "guides", "scale"}
-OF_PAGES = {"table", "guides", "scale"} | {field.name for field in fields(State)} - set(HELD)
 
 
 @pytest.fixture
@@ -21,31 +19,26 @@ def board(session):
     return Board(session)
 
 
-def is_plain(value):
-    """Return True for a value that JSON can hold, or a record or tuple of such values."""
-    if is_dataclass(value):
-        return all(is_plain(getattr(value, field.name)) for field in fields(value))
-    if isinstance(value, tuple):
-        return all(is_plain(item) for item in value)
-    return value is None or isinstance(value, bool | int | float | str | Enum)
+def entries_that_pages_read() -> set[str]:
+    """Return the entries of the state that the scripts of the page name."""
+    text = "".join(path.read_text(encoding="utf-8") for path in sorted(WEB.glob("*.js")))
+    unpacked = ", ".join(re.findall(r"{ ([a-z_, ]+) } = (?:link\.)?state;", text))
+    main = (WEB / "main.js").read_text(encoding="utf-8")  # where `now` is the state
+    named = re.findall(r"\bstate\.([a-z_]+)", text) + re.findall(r"\bnow\.([a-z_]+)", main)
+    return {*named, *unpacked.split(", ")}
 
 
-def test_only_marked_fields_of_the_state_are_objects(board):
+def test_json_has_what_pages_read(board):
     board.do(MarkAt(10, 10))
-    state = board.state()
-    assert [it.name for it in fields(State) if not is_plain(getattr(state, it.name))] == HELD
-
-
-def test_json_has_all_fields_but_the_marked_ones(board):
     entries = json.loads(json.dumps(board.json_state(), allow_nan=False))
-    missing = OF_PAGES - set(entries)
-    assert set(entries) <= OF_PAGES and all(getattr(board.state(), it) is None for it in missing)
-    assert missing.isdisjoint(NULL) and len(entries["scale"]["heights"]) > 10
+    read = entries_that_pages_read()
+    assert len(read) > 18 and read <= set(entries), read - set(entries)
+    assert set(entries) >= NULL and len(entries["scale"]["heights"]) > 10
 
 
-def test_state_and_its_json_are_made_again_only_after_a_change(board):
-    state, entries = board.state(), board.json_state()
-    assert board.state() is state and board.json_state() is entries
+def test_json_is_made_again_only_after_a_change(board):
+    facts, entries = board.facts, board.json_state()
+    assert board.facts is facts and board.json_state() is entries
     board.do(Focus(3.0))
-    assert board.state() != state and board.json_state()["lens"]["focus_distance_m"] == 3.0
+    assert board.facts != facts and board.json_state()["lens"]["focus_distance_m"] == 3.0
     assert board.json_state()["scale"] is entries["scale"]  # its depths have not changed

@@ -231,9 +231,9 @@ def test_session_facts_agree_with_the_parts_of_the_session(session):
     assert facts.frame_px(LEFT) == LEFT == facts.plate_px(LEFT)
     assert facts.picture_point((3.5, 4.5)) == (3.5, 4.5)
     pictures.commands.toggle_compare(Compare.WIPE)
-    assert not facts.is_live_alone
+    assert not session.facts.is_live_alone
     session.files.commands.open("not_there.exr")
-    assert facts.opening == "not_there.exr"
+    assert session.facts.opening == "not_there.exr" and facts.opening == "" and facts.is_live_alone
 
 
 def test_remember_saves_view_preferences_but_not_the_desqueeze(session, tmp_path):

@@ -55,10 +55,10 @@ def answers_to(board, *messages):
     ],
 )
 def test_refused_page_message_is_answered_and_changes_nothing(board, message):
-    before = board.state()
+    before = board.facts
     (answer,) = answers_to(board, message)
     assert answer.endswith((".", "'", "missing", ")")) or " " in answer
-    assert board.state() == before
+    assert board.facts == before
 
 
 def test_allowed_page_messages_change_lens_marks_and_view(board):
@@ -69,7 +69,7 @@ def test_allowed_page_messages_change_lens_marks_and_view(board):
         {"do": "Set mark here"},
         {"change": "view", "exposure_stops": 1},
     )
-    state = board.state()
+    state = board.facts
     assert answers == [] and (state.lens.focus_distance_m, state.lens.f_stop) == (2.5, 4)
     assert len(state.marks) == 1 and state.view.exposure_stops == 1
 
@@ -80,7 +80,7 @@ def test_second_page_cannot_turn_the_lens_while_the_first_holds_it(board):
     shared.queue_message("Bob (2)", {"do": "Focus", "distance_m": 9.0}, answers.append)
     shared.queue_message("Bob (2)", {"change": "view", "gamma": 1.1}, answers.append)
     shared.follow_messages(board)
-    assert board.state().lens.focus_distance_m == 2.5 and board.state().view.gamma == 1.1
+    assert board.facts.lens.focus_distance_m == 2.5 and board.facts.view.gamma == 1.1
     assert answers == ["Ann (1) has the lens."]
 
 

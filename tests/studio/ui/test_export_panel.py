@@ -145,18 +145,29 @@ def test_write_camera_exports_the_lens(gui: Gui, tmp_path: Path) -> None:
     json.loads((tmp_path / "cam.json").read_text())
 
 
+def press_export_and_answer(gui: Gui, answer: str) -> None:
+    """Press Export, where files are there already, and answer the question about them."""
+    gui.click(gui.middle("Export"))
+    gui.frame(3)
+    assert gui.session.files.exports.existing_words.startswith("1 file of this name is in ")
+    gui.click(gui.middle(f"existing {answer}"))
+    assert not gui.session.files.exports.existing_words
+
+
 def test_export_overwrites_files_of_other_programs_only_if_ticked(gui: Gui, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     theirs = tmp_path / "out" / "x.1002.exr"
     theirs.write_bytes((tmp_path / "room.1002.exr").read_bytes())
     gui.session.files.exports.settings = ExportSettings(str(tmp_path / "out"), "x", frames="1002")
     gui.frame(2)
-    gui.click(gui.middle("Export"))
+    press_export_and_answer(gui, "Export over them")
     refused = wait_for_end(gui)
     assert refused.code == 2 and "overwrite" in refused.last_sentence
     assert theirs.read_bytes() == (tmp_path / "room.1002.exr").read_bytes()
     gui.click(gui.middle("overwrite files not made by heatlens"))
-    gui.click(gui.middle("Export"))
+    press_export_and_answer(gui, "Cancel")
+    assert gui.session.files.exports.run.state is refused
+    press_export_and_answer(gui, "Export over them")
     assert wait_for_end(gui).code == 0
     assert theirs.read_bytes() != (tmp_path / "room.1002.exr").read_bytes()
 
@@ -352,7 +363,7 @@ def test_export_place_is_kept_for_other_plates_and_in_preferences(gui: Gui) -> N
 
 
 def test_chosen_cluster_renders_frames_ahead_after_agreement(gui: Gui, tmp_path: Path) -> None:
-    """The typed address is used after Enter and `agree`; the tab shows the number of workers."""
+    """The typed address is used after Enter and the answer; the tab shows the number of workers."""
     exporter, pull = gui.session.files.exports, gui.session.time.frames_ahead
     with dask_cluster(tmp_path / "cluster", workers=1) as cluster:
         exporter.change(replace(exporter.settings, place=ExportPlace(Where.CLUSTER)))
@@ -363,12 +374,14 @@ def test_chosen_cluster_renders_frames_ahead_after_agreement(gui: Gui, tmp_path:
         gui.type(cluster.address)
         gui.key(imgui.Key.enter)
         assert gui.session.preferences.values.export_place.scheduler == cluster.address
-        wait_for(gui, lambda: "agree" in gui.drawn, lambda: pull.cluster.status_text)
+        wait_for(
+            gui, lambda: "notice Use this scheduler" in gui.drawn, lambda: pull.cluster.status_text
+        )
         assert (
-            "agree to it in the Export tab" in pull.cluster.status_text
+            "use it only if you know it" in pull.cluster.status_text
             and not pull.progress.rendered_frames
         )
-        gui.click(gui.middle("agree"))
+        gui.click(gui.middle("notice Use this scheduler"))
         wait_for(
             gui,
             lambda: (

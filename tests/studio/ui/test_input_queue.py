@@ -63,8 +63,7 @@ class QueuedInput:
         else:
             imgui.backends.opengl3_new_frame()
             imgui.new_frame()
-            self.gui.screen.draw(is_visible=False)  # handles the input and shows no frame
-            imgui.end_frame()
+            self.gui.screen.make_frame(imgui.end_frame, is_visible=False)  # handles the input
         return is_drawn
 
     def run_until_empty(self) -> int:

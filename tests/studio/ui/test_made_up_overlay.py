@@ -91,9 +91,9 @@ def test_pages_and_door_offer_the_new_overlay(gui):
     assert page["view"]["overlay"] == "halves" and page["commands"][NEW_OVERLAY.words] == [True, ""]
     assert [NEW_OVERLAY.words, "Shift+J", "Over the picture"] in page["table"]
     board.follow({"change": "view", "overlay": "none"})
-    assert board.state().view.overlay == "none"
+    assert board.facts.view.overlay == "none"
     board.follow({"change": "view", "overlay": "halves"})
-    assert board.state().view.overlay == "halves"
+    assert board.facts.view.overlay == "halves"
 
 
 def test_view_state_refuses_an_unknown_overlay_by_name():

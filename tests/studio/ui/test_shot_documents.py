@@ -144,7 +144,7 @@ def test_failed_save_asks_for_another_place_and_enter_opens_the_dialog(gui, tmp_
         documents.save_as(tmp_path / "file" / "pull.heatlens.json")
         gui.until(lambda: documents.failed_save, "the reason")
         gui.frame(3)
-        assert "save elsewhere" in gui.drawn
+        assert "failed save Save elsewhere..." in gui.drawn
         gui.key(key)
         gui.frame(3)
         assert not documents.failed_save

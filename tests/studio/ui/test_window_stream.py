@@ -1,6 +1,7 @@
 """A window that listens to a renderer: its frames appear and are refined in the window."""
 
 import argparse
+import re
 import socket
 from contextlib import contextmanager
 from dataclasses import replace
@@ -129,12 +130,20 @@ def test_image_without_depth_is_reported_over_the_picture(ctx, monkeypatch):
         assert_shows(gui, values)
         del notices_drawn[:]
         gui.frame(2)
-        assert set(notices_drawn) <= {"lens from the file"}  # which the Lens panel says
+        other_words = {it for it in notices_drawn if not it.startswith("Renderer left at")}
+        assert other_words <= {"lens from the file"}  # which the Lens panel says
         with Ipc(*address(gui)) as client:
             client.create_image("later", WIDTH, HEIGHT, list("RGB"))
         gui.until(
             lambda: any("later has no depth channel" in it for it in notices_drawn), "a notice"
         )
+        assert re.fullmatch("[0-2][0-9]:[0-5][0-9]", gui.session.source.stream.left_at)
+        gui.key(imgui.Key.escape)
+        del notices_drawn[:]
+        gui.frame(2)
+        assert any(it.startswith("Renderer left at ") for it in notices_drawn)
+        with Ipc(*address(gui)):
+            gui.until(lambda: not gui.session.source.stream.left_at, "the renderer again")
         assert gui.session.source.plate.path.name == "beauty"
 
 

@@ -232,9 +232,7 @@ class FrameCluster:
             reason = f"is reached from {scheduler.own_host}, and was from {confirmed.own_host}"
         else:
             reason = "is another than before, or was started again"
-        raise InputError(
-            f"The scheduler at {self.address} {reason}: agree to it in the Export tab."
-        )
+        raise InputError(f"The scheduler at {self.address} {reason}: use it only if you know it.")
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,6 @@ from heatlens.media.frame_cache.plate_shelf import (
     Stamps,
     plate_bytes,
 )
-from heatlens.media.plate.header.channel_choice import NoDepthError
 from heatlens.media.plate.plate import Plate
 from heatlens.media.sequence.sequence import Sequence, stamp_of
 from heatlens.media.sequence.sequence_search import rescan
@@ -231,7 +230,7 @@ class FrameCache(Closing):
         try:
             return self._read(path)
         except HeatlensError as error:
-            return Damaged(path, sentence=str(error), lacks_depth=isinstance(error, NoDepthError))
+            return Damaged.of(path, error)
 
     def _stamps(self, path: Path) -> Stamps:
         """Return the stamps of all files that the plate at `path` is read from."""

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from heatlens.core.base.errors import InputError
+from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.media.plate.estimate.trusted import UnknownNetworkError
 from heatlens.media.plate.header.channel_choice import NoDepthError
 from heatlens.media.plate.plate import Plate
 from heatlens.media.sequence.sequence import Stamp
@@ -56,19 +57,23 @@ Stamps = tuple[Stamp | None, ...]  # stamps of the files of one plate
 
 @dataclass(frozen=True)
 class Damaged:
-    """A frame whose file cannot be read, and a sentence that says why.
-
-    lacks_depth  it was read, but nothing in it is a depth
-    """
+    """A frame whose file cannot be read, a sentence that says why, and the kind of the error."""
 
     path: Path
     sentence: str
-    lacks_depth: bool = False
+    kind: type[InputError] = InputError
+
+    @classmethod
+    def of(cls, path: Path, error: HeatlensError) -> "Damaged":
+        """Return a file that cannot be read because of this error."""
+        kinds_asked_about = (NoDepthError, UnknownNetworkError)
+        kind = next((it for it in kinds_asked_about if isinstance(error, it)), InputError)
+        return cls(path, str(error), kind)
 
     @property
     def error(self) -> InputError:
         """The error to raise where the frame is needed."""
-        return (NoDepthError if self.lacks_depth else InputError)(self.sentence)
+        return self.kind(self.sentence)
 
 
 @dataclass(frozen=True, eq=False)

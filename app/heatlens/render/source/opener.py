@@ -11,7 +11,6 @@ from heatlens.core.base.faults import report_faults
 from heatlens.core.model.shot.framing import SceneTiming
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.files.apart import Stop
-from heatlens.media.plate.header.channel_choice import NoDepthError
 from heatlens.media.scene.placing import Placing
 from heatlens.render.source.kinds import kind_of
 from heatlens.render.source.opened import Opened, Opening
@@ -20,12 +19,16 @@ from heatlens.render.source.stream_source import OpenedStream, StreamSource
 
 @dataclass(frozen=True)
 class Refused:
-    """A source that could not be opened, the options that were given, and a message why."""
+    """A source that could not be opened, the options that were given, and the error."""
 
     text: str
     options: PlateOptions
-    message: str
-    lacks_depth: bool = False  # it was read, but nothing in it is a depth
+    error: HeatlensError
+
+    @property
+    def message(self) -> str:
+        """A message why it could not be opened."""
+        return str(self.error)
 
 
 class SourceOpener:
@@ -122,9 +125,7 @@ class SourceOpener:
         try:
             opened = self._current.poll()
         except HeatlensError as error:
-            self.failure = Refused(
-                *(self.opening or "", self._options, str(error)), isinstance(error, NoDepthError)
-            )
+            self.failure = Refused(self.opening or "", self._options, error)
             self.opening = None
             raise
         if opened is None:

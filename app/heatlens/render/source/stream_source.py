@@ -102,6 +102,12 @@ class StreamSource:
         return " ".join(message for message in (self.problem, self.losses) if message)
 
     @property
+    def left_at(self) -> str:
+        """The local time at which the renderer left, such as 04:31; "" while it is connected."""
+        left_s = self._server.left_s
+        return "" if left_s is None else time.strftime("%H:%M", time.localtime(left_s))
+
+    @property
     def losses(self) -> str:
         """Return how many packets were rejected, and why the last one was; "" for none."""
         dropped, refused = self._server.dropped, self._server.refused

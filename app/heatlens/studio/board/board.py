@@ -21,11 +21,11 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.view.view import ViewState
 from heatlens.media.files.json_record import JsonEntry
-from heatlens.studio.board.command import Command, in_menu_order
+from heatlens.studio.board.command import Command, CommandState, CommandStates, in_menu_order
 from heatlens.studio.board.commands import named_commands
+from heatlens.studio.board.facts import Facts
 from heatlens.studio.board.requests import Request
 from heatlens.studio.board.session import Session
-from heatlens.studio.board.state import CommandStates, State, state_of
 from heatlens.studio.board.state_json import StateJson
 from heatlens.studio.board.user_keys import problem_of_keys, read_user_keys, with_user_keys
 
@@ -53,10 +53,9 @@ class Board:
         self.commands = self._keyed(self._own)
         if problem:
             session.messages.notify(Lasting(problem))
-        self._picture, self._picture_key = 0, object()
         self._named = {command.name: command for command in self.commands}
         self._command_states = CommandStates(self.commands)
-        self._state: State | None = None
+        self._facts, self._moment = session.facts, (-1, 0)
         self._json = StateJson(self.remote_commands)
 
     def with_commands_of(self, front_end: Iterable[Command]) -> tuple[Command, ...]:
@@ -73,22 +72,29 @@ class Board:
     def _keyed(self, commands: Iterable[Command]) -> tuple[Command, ...]:
         return with_user_keys(in_menu_order(commands), self._keys)
 
-    def state(self) -> State:
-        """Return the state to show now; the same object as before if nothing has changed."""
-        key = self._session.time.scheduler.picture_key
-        self._picture += key != self._picture_key
-        self._picture_key = key
-        state = state_of(self._session.facts, self._command_states.present(), self._picture)
-        if self._state is None or state != self._state:
-            self._state = state
-        return self._state
+    # Panels write what they show with one value changed, so a shot from before a change of the same
+    # turn would undo that change.
+    @property
+    def facts(self) -> Facts:
+        """What is true in this turn; the same object until the turn or a change has other facts."""
+        session, facts = self._session, self._facts
+        editing, view = session.editing, session.pictures.view.state
+        moment, is_edited = (session.moment, editing.frame), facts.shot is not editing.shot
+        if is_edited or moment != self._moment or (facts.lens, facts.view) != (editing.lens, view):
+            self._moment, new_facts = moment, session.facts
+            self._facts = facts if new_facts == facts else new_facts
+        return self._facts
+
+    def command_states(self) -> tuple[CommandState, ...]:
+        """Return which commands are on and which are barred, in the order of `commands`."""
+        return self._command_states.present()
 
     def json_state(self) -> dict[str, object]:
-        """Return the state to show now as entries of JSON, with the commands that pages may give.
+        """Return the facts as entries of JSON, with the commands that pages may give.
 
         They are the same object as last time if nothing has changed.
         """
-        return self._json.entries(self.state())
+        return self._json.entries(self.facts, self.command_states())
 
     def do(self, action: Request | Command | str) -> None:
         """Do a request, a command, or the command of this name; show why if that is impossible."""
@@ -96,6 +102,7 @@ class Board:
             self._do(action)
         except HeatlensError as error:
             self._session.show_error(error)
+        self._session.moment += 1
 
     def _do(self, action: Request | Command | str) -> None:
         """Do an action. Raises HeatlensError if that is impossible."""
@@ -184,7 +191,7 @@ class Board:
         return name
 
     def _changing(self) -> dict[str, Changeable]:
-        facts = self._session.facts
+        facts = self.facts
         return {"lens": facts.lens, "blur": facts.shot.defocus, "view": facts.view}
 
 

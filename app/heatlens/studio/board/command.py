@@ -1,6 +1,6 @@
 """Define a command: one thing that the user can do without further values."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -134,3 +134,35 @@ def keys_by_menu(commands: Iterable[Command]) -> dict[str, tuple[tuple[str, str]
         menu: tuple((it.key, it.name) for it in keyed if it.menu == menu)
         for menu in dict.fromkeys(command.menu for command in keyed)
     }
+
+
+@dataclass(frozen=True)
+class CommandState:
+    """A named command: whether it is on (None: it is not a switch), and why it is barred, or ""."""
+
+    name: str
+    label: str
+    is_on: bool | None
+    barred: str
+
+
+class CommandStates:
+    """The states of commands; that of a command that is as before is the same object."""
+
+    def __init__(self, commands: Sequence[Command]) -> None:
+        """Take the commands whose states are asked for."""
+        self._states = [CommandState(it.name, it.name, None, "") for it in commands]
+        self._changing = [
+            (index, command)
+            for index, command in enumerate(commands)
+            if command.is_on or command.barred or command.label
+        ]
+
+    def present(self) -> tuple[CommandState, ...]:
+        """Return the states now, in the order of the commands."""
+        for index, command in self._changing:
+            is_on = None if command.is_on is None else bool(command.is_on())
+            state = CommandState(command.name, command.shown, is_on, command.why_not())
+            if state != self._states[index]:
+                self._states[index] = state
+        return tuple(self._states)

@@ -195,7 +195,7 @@ def _scene(session: Session) -> Iterator[Command]:
     """Yield the commands that need the camera of a scene."""
 
     def barred() -> str:
-        is_there = session.facts.has_camera
+        is_there = session.source.has_camera
         return "" if is_there else "Only a scene has a camera and objects, and none is open."
 
     scenes = session.scenes

@@ -14,6 +14,7 @@ from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.preview.speed import Speed
 from heatlens.render.rendered_frames.screen_work import ScreenWork
+from heatlens.studio.board.notices import Notices
 from heatlens.studio.session.exports.export_commands import ExportCommands
 from heatlens.studio.session.files.file_commands import FileCommands
 from heatlens.studio.session.files.open_reel import OpenReel
@@ -181,6 +182,7 @@ class FileControl:
             *(shared, documents, pictures.saving, pictures.references),
             *(reel, self.exports.write_sheet, FramingImport(shared, pictures.view)),
         )
+        self.notices = Notices(shared, timeline, pictures.cluster, self.commands.reading, reel)
         self.recent = RecentFiles(shared)
         self.start_choices = StartChoices(shared, timeline.playback, self.commands, self.recent)
         self.workers: tuple[Worker, ...] = (

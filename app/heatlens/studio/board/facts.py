@@ -1,133 +1,178 @@
-"""The current facts of a session, for panels and other front ends."""
+"""What is true of a session at one moment, in one frozen record for every front end."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from functools import cached_property
 
+from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.messages import Messages
 from heatlens.core.model.boxes import Box
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.focus.coc import far_limit_m, hyperfocal_m, near_limit_m
+from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import Mark
-from heatlens.core.model.view.view_geometry import Pixel
+from heatlens.core.model.shot.pull import RecordingState
+from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.value_bins import DepthHistogram
+from heatlens.core.model.view.view import ViewState
+from heatlens.core.model.view.view_geometry import PictureShape, Pixel
+from heatlens.media.plate.plate import Plate
+from heatlens.render.preview.shown import ShownPicture
+from heatlens.render.source.stream_source import StreamSource
 from heatlens.studio.board.controls import FileControl, PictureControl, TimeControl
+from heatlens.studio.session.marks.mark_distances import MarkDistances
 from heatlens.studio.session.opened.open_source import OpenSource
+from heatlens.studio.session.pictures.view_commands import Reference
 from heatlens.studio.session.shot.editing import Editing
 
-Value = TypeVar("Value")
+
+@dataclass(frozen=True)
+class MarkState:
+    """A mark with its distance at this frame; None where it is outside the picture."""
+
+    name: str
+    distance_m: float | None
 
 
-class _Fact(Generic[Value]):
-    """A property of `Facts` whose value a function reads from the session."""
-
-    def __init__(self, read: Callable[["Facts"], Value]) -> None:
-        self._read = read
-
-    def __get__(self, facts: "Facts", _kind: object) -> Value:
-        return self._read(facts)
-
-
-@dataclass(frozen=True, eq=False)
+# Panels, pages and other front ends all show these facts. Most are only references. What takes
+# longer to compute, such as the distances of marks, is computed when it is asked for, and once.
+@dataclass(frozen=True)
 class Facts:
-    """A read-only view of the session; every value is that of the moment it is asked for.
+    """A session at one moment.
 
-    shot            the current shot
-    seen_shot       the shot of the picture: the current one, or one with trial values
-    lens, has_lens  the lens at the playhead, and whether the keys give a possible one
-    frame           the frame at the playhead
-    view, unit      exposure, zoom, overlay, comparison; unit of distances, "m" or "ft"
-    crop            the share of a plate that a longer lens would show, to frame; else None
-    beats_left      the number of the count-in before a pull is recorded: 3, 2, 1; 0 without one
+    shot              the current shot
+    seen_shot         the shot of the picture: the current one, or one with trial values
+    lens, has_lens    the lens at the playhead, and whether the keys give a possible one
+    frame             the frame at the playhead
+    view              exposure, zoom, overlay, comparison
+    crop              the share of a plate that a longer lens would show, to frame; else None
+    title             the name of the document, with a star for unsaved changes
+    message           the sentence in the status bar, or ""
+    is_problem        the message is about an error
+    played            the frames that are played
+    direction         1 while playing, -1 backwards, 0 at rest
+    timecode          that of the frame; "" without one
+    recording         the stage of the recording of a pull
+    recorded_keys     the number of keys in a recorded pull
+    beats_left        the number of the count-in before a pull is recorded: 3, 2, 1; 0 without one
+    opening           the name of the source that is being opened; "" for none
+    has_camera        a camera that can move is open
+    has_many_views    the open source can be seen from many points of the lens
+    is_black          the frame has no file and is shown black
+    is_waiting        a stream waits for its first picture
+    stream            the renderer that sends pictures; None without one
+    plate             the picture before the blur; None while there is none
+    histogram         that of the distances in the plate; None if it has none
+    plate_version     a number that changes with the plate
+    shape             the shape of the display window; one pixel while nothing is open
+    shown_picture     the picture through the lens to show; None before the first
+    picture           a number that changes with the pictures
+    plays_cached_frames kept frames play, in place of the live picture
+    is_live_alone     the live picture is shown, with nothing beside or over it
+    is_rendering      a visible picture is not complete
+    part_done         how much of the picture is rendered, 0 to 1; None once it is complete
+    reference         the picture to show as B; None without one
     """
 
+    shot: Shot
+    seen_shot: Shot
+    lens: Lens
+    has_lens: bool
+    frame: int
+    view: ViewState
+    crop: float | None
+    title: str
+    message: str
+    is_problem: bool
+    played: FrameRange
+    direction: int
+    timecode: str
+    recording: RecordingState
+    recorded_keys: int
+    beats_left: int
+    opening: str
+    has_camera: bool
+    has_many_views: bool
+    is_black: bool
+    is_waiting: bool
+    stream: StreamSource | None
+    plate: Plate | None
+    histogram: DepthHistogram | None
+    plate_version: int
+    shape: PictureShape
+    shown_picture: ShownPicture | None
+    picture: int
+    plays_cached_frames: bool
+    is_live_alone: bool
+    is_rendering: bool
+    part_done: float | None
+    reference: Reference | None
     _source: OpenSource
-    _editing: Editing
-    _pictures: PictureControl
-    _time: TimeControl
-    _files: FileControl
-    _messages: Messages
-
-    shot = _Fact(lambda facts: facts._editing.shot)
-    seen_shot = _Fact(lambda facts: facts._editing.seen_shot)
-    lens = _Fact(lambda facts: facts._editing.lens)
-    has_lens = _Fact(lambda facts: facts._editing.has_lens)
-    frame = _Fact(lambda facts: facts._editing.frame)
-    view = _Fact(lambda facts: facts._pictures.view.state)
-    unit = _Fact(lambda facts: facts.view.unit)
-    crop = _Fact(lambda facts: facts._time.scenes.size.crop)
-    beats_left = _Fact(lambda facts: facts._time.recording.beats_left)
-
-    # The document, and the sentence in the status bar, or "".
-    title = _Fact(lambda facts: facts._files.documents.window_title)
-    message = _Fact(lambda facts: facts._messages.text)
-    is_problem = _Fact(lambda facts: facts._messages.is_problem)
-
-    # The frames that are played, the direction (1, -1 backwards, 0 at rest), the timecode or None.
-    played = _Fact(lambda facts: facts._time.timeline.played)
-    direction = _Fact(lambda facts: facts._time.timeline.playback.direction)
-    timecode = _Fact(lambda facts: facts._time.timeline.timecode)
-    # The stage of the recording of a pull, and the number of its keys.
-    recording = _Fact(lambda facts: facts._time.recording.state)
-    recorded_keys = _Fact(lambda facts: facts._time.recording.key_count)
-
-    # What is open: a camera that can move, a lens with many points to look from, a frame that has
-    # no file and is shown black, a stream that waits for its first picture.
-    opening = _Fact(lambda facts: facts._source.opener.opening or "")  # its name; "" for none
-    has_camera = _Fact(lambda facts: facts._source.has_camera)
-    has_many_views = _Fact(lambda facts: facts._pictures.renderer.has_many_views)
-    is_black = _Fact(lambda facts: facts._source.picture.is_black)
-    is_waiting = _Fact(lambda facts: facts._source.is_waiting)
-    stream = _Fact(lambda facts: facts._source.stream)  # the renderer that sends pictures, or None
-
-    # The picture before the blur (None while there is none), a number that changes with it, and
-    # the histogram of its distances (None if it has none).
-    plate = _Fact(lambda facts: facts._source.plate)
-    plate_version = _Fact(lambda facts: facts._source.picture.version)
-    histogram = _Fact(lambda facts: facts._source.picture.histogram)
-    # The shape of the display window; one pixel while nothing is open.
-    shape = _Fact(lambda facts: facts._source.picture_shape(facts.shot))
-
-    # The picture through the lens: the one to show, whether it is the live one alone or kept frames
-    # play, and how much of it is rendered, 0 to 1; None once it is complete.
-    shown_picture = _Fact(lambda facts: facts._time.scheduler.shown_picture)
-    plays_cached_frames = _Fact(lambda facts: facts._time.frames_ahead.plays_cached_frames)
-    is_live_alone = _Fact(
-        lambda facts: facts._pictures.view.is_lens_alone and not facts.plays_cached_frames
-    )
-    part_done = _Fact(
-        lambda facts: None if facts.plays_cached_frames else facts._pictures.live.rendered_share
-    )
-    is_whole = _Fact(
-        lambda facts: (
-            facts.shown_picture is not None
-            and facts.shown_picture.is_whole
-            and not facts._time.scheduler.is_rendering
-        )
-    )
-    # The picture to show as B, or None.
-    reference = _Fact(lambda facts: facts._pictures.references.current)
+    _distances: MarkDistances
 
     @property
-    def mark_distances_m(self) -> tuple[tuple[Mark, float | None], ...]:
-        """The marks with their distances at this frame in m, None where one is not seen."""
-        distances = self._time.marks.distances
-        return tuple((mark, distances.distance_m(mark)) for mark in self.shot.marks)
+    def unit(self) -> str:
+        """The unit of displayed distances, "m" or "ft"."""
+        return self.view.unit
 
     @property
-    def marks_m(self) -> tuple[tuple[str, float], ...]:
-        """Names of the marks that are seen at this frame, and the focus in m that is on them."""
-        marks = self._time.marks
-        mark_focuses = [(mark.name, marks.distances.focus_m(mark)) for mark in self.shot.marks]
-        return tuple(
-            (name, distance_m) for name, distance_m in mark_focuses if distance_m is not None
-        )
+    def is_whole(self) -> bool:
+        """True if the shown picture is complete, no preview."""
+        picture = self.shown_picture
+        return picture is not None and picture.is_whole and not self.is_rendering
 
     @property
+    def size_px(self) -> tuple[int, int] | None:
+        """Width and height of the shown picture; None before the first."""
+        return None if self.shown_picture is None else self.shown_picture.texture.size
+
+    # The lens
+
+    @cached_property
+    def near_m(self) -> float | None:
+        """The near limit of the sharp range; None without a possible lens."""
+        return near_limit_m(self.lens) if self.has_lens else None
+
+    @cached_property
+    def far_m(self) -> float | None:
+        """The far limit of the sharp range; None without a possible lens."""
+        return far_limit_m(self.lens) if self.has_lens else None
+
+    @cached_property
+    def hyperfocal_m(self) -> float | None:
+        """The hyperfocal distance; None where the keys give no possible lens."""
+        try:
+            return hyperfocal_m(self.lens)
+        except HeatlensError:  # between two keys, the lens may be impossible
+            return None
+
+    @cached_property
     def keyed_focus_m(self) -> float | None:
         """The focus of the keys in m, where the lens has another one: tried or performed."""
-        curve = self.shot.curves.focus_distance_m
-        if self.shot.curves.live is not None:
+        curves = self.shot.curves
+        if curves.live is not None or not (curves.focus_distance_m.keys and self.has_lens):
             return None
-        keyed_m = curve.value_at(self.frame) if curve.keys else self.lens.focus_distance_m
+        keyed_m = curves.focus_distance_m.value_at(self.frame)
         return None if keyed_m == self.lens.focus_distance_m else keyed_m
+
+    # Marks
+
+    @cached_property
+    def mark_distances_m(self) -> tuple[tuple[Mark, float | None], ...]:
+        """The marks with their distances at this frame in m, None where one is not seen."""
+        return tuple((mark, self._distances.distance_m(mark)) for mark in self.shot.marks)
+
+    @cached_property
+    def marks(self) -> tuple[MarkState, ...]:
+        """The same, with the names alone."""
+        return tuple(MarkState(mark.name, at_m) for mark, at_m in self.mark_distances_m)
+
+    @cached_property
+    def marks_m(self) -> tuple[tuple[str, float], ...]:
+        """Names of the marks that are seen at this frame, and the focus in m that is on them."""
+        focuses = [(mark.name, self._distances.focus_m(mark)) for mark in self.shot.marks]
+        return tuple((name, focus_m) for name, focus_m in focuses if focus_m is not None)
+
+    # Places in the picture
 
     def windows(self) -> tuple[Box, Box]:
         """Return data window and display window of the whole picture."""
@@ -144,3 +189,69 @@ class Facts:
     def picture_point(self, point: tuple[float, float]) -> tuple[float, float]:
         """Return where a point of the frame lies in the picture."""
         return self._source.picture_point(self.lens, point)
+
+
+class FactsReader:
+    """Reads the facts of a session."""
+
+    def __init__(
+        self,
+        source: OpenSource,
+        editing: Editing,
+        pictures: PictureControl,
+        time: TimeControl,
+        files: FileControl,
+        messages: Messages,
+    ) -> None:
+        self._source, self._editing, self._pictures = source, editing, pictures
+        self._time, self._files, self._messages = time, files, messages
+        self._picture, self._picture_key = 0, object()
+
+    def read(self) -> Facts:
+        """Return the facts of this moment."""
+        source, editing, pictures, time = self._source, self._editing, self._pictures, self._time
+        picture, scheduler, ahead = source.picture, time.scheduler, time.frames_ahead
+        shot, view, plays_cached = editing.shot, pictures.view, ahead.plays_cached_frames
+        return Facts(
+            shot=shot,
+            seen_shot=editing.seen_shot,
+            lens=editing.lens,
+            has_lens=editing.has_lens,
+            frame=editing.frame,
+            view=view.state,
+            crop=time.scenes.size.crop,
+            title=self._files.documents.window_title,
+            message=self._messages.text,
+            is_problem=self._messages.is_problem,
+            played=time.timeline.played,
+            direction=time.timeline.playback.direction,
+            timecode=time.timeline.timecode,
+            recording=time.recording.state,
+            recorded_keys=time.recording.key_count,
+            beats_left=time.recording.beats_left,
+            opening=source.opener.opening or "",
+            has_camera=source.has_camera,
+            has_many_views=pictures.renderer.has_many_views,
+            is_black=picture.is_black,
+            is_waiting=source.is_waiting,
+            stream=source.stream,
+            plate=source.plate,
+            histogram=picture.histogram,
+            plate_version=picture.version,
+            shape=source.picture_shape(shot),
+            shown_picture=scheduler.shown_picture,
+            picture=self._count_pictures(scheduler.picture_key),
+            plays_cached_frames=plays_cached,
+            is_live_alone=view.is_lens_alone and not plays_cached,
+            is_rendering=scheduler.is_rendering,
+            part_done=None if plays_cached else pictures.live.rendered_share,
+            reference=pictures.references.current,
+            _source=source,
+            _distances=time.marks.distances,
+        )
+
+    def _count_pictures(self, key: object) -> int:
+        """Return a number that grows whenever the key of the pictures has changed."""
+        self._picture += key != self._picture_key
+        self._picture_key = key
+        return self._picture

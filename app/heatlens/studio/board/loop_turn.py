@@ -4,25 +4,24 @@ The window and `heatlens serve` make the same turns.
 """
 
 import time
+from collections.abc import Callable
 
-from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.studio.board.session import Session
 
 
 class LoopTurn:
-    """Counts the frames that are due, and does for each of them what every front end does.
+    """Counts the frames that are due, and does in each what every front end does.
 
-    In each turn a loop sleeps for `seconds_to_sleep` and asks `begin_due_frame`. A frame is `poll`,
-    `update`, `rest`, and `end` once it is shown. Between frames the loop calls `work`.
+    In each turn a loop sleeps for `seconds_to_sleep`, calls `make_frame` if `begin_due_frame` is
+    True, and calls `work`.
     """
 
-    def __init__(self, session: Session, screen: ScreenPictures) -> None:
-        """Create it with the pictures that the session's `FrontEnd` has."""
-        self._session, self._screen = session, screen
+    def __init__(self, session: Session) -> None:
+        """Create it for the session of a front end."""
+        self._session = session
         self._live, self._scheduler = session.pictures.live, session.time.scheduler
         self._frames_due = 1
-        self._start_s = self._drawn_s = self._request_s = 0.0
-        self._old_picture = self._live.output
+        self._drawn_s = 0.0
         self._drawn_key: object = None
 
     # When
@@ -52,9 +51,6 @@ class LoopTurn:
             self.draw_soon()
         is_due = self.has_due_frame
         self._frames_due -= is_due
-        if is_due:
-            self._start_s, self._old_picture = time.perf_counter(), self._live.output
-            self._request_s = self._live.request_s
         return is_due
 
     def seconds_to_sleep(self, *other_waits: float | None) -> float | None:
@@ -69,35 +65,46 @@ class LoopTurn:
 
     # What
 
-    def poll(self) -> None:
-        """Collect the results of threads; errors are reported, and the last picture stays."""
-        self._session.poll()
+    # The colors are applied before the frame is shown: a page gets no second frame to correct them.
+    def make_frame(
+        self,
+        act: Callable[[], None] = lambda: None,
+        show: Callable[[], None] = lambda: None,
+        is_held: Callable[[], bool] = lambda: False,
+        is_visible: bool = True,
+    ) -> bool:
+        """Make a frame, and return True if it has a new picture.
 
-    def update(self) -> None:
-        """Answer what has changed with a picture that fits the time."""
-        self._scheduler.update()
-
-    def rest(self, is_pressed: bool) -> None:
-        """End a gesture that rests, unless a hand still holds something; apply the colors."""
-        session, facts = self._session, self._session.facts
-        session.editing.settle_if_resting(is_pressed=is_pressed)
-        session.pictures.color.apply(facts.view, self._screen, facts.shot.grade)
-
-    def note_shown(self) -> None:
-        """Note that the pictures of this frame are on the screen now."""
-        self._session.note_drawn()
-
-    def end(self, is_held: bool) -> bool:
-        """Note the time of a frame that is done; return True if it made a new picture.
-
-        `is_held` is True while a hand holds something.
+        `act` lets the user act on what threads have found, and `show` brings the frame to the
+        screen. `is_held` returns True while a hand holds something: its gesture goes on. With
+        `is_visible` False the frame handles input alone, and another one is due.
         """
-        is_new = self._live.output is not None and self._live.output is not self._old_picture
-        seconds = time.perf_counter() - self._start_s
-        picture_s = self._live.request_s - self._request_s
-        self._session.time.speed.note_frame(seconds, picture_s, is_held and is_new)
-        self._drawn_s, self._drawn_key = self._start_s, self._scheduler.drawing_key
+        start_s, live = time.perf_counter(), self._live
+        old_picture, old_request_s = live.output, live.request_s
+        if is_visible:
+            self._session.poll()
+        act()
+        if is_visible:
+            self._session.update()
+        self._rest(is_held())
+        show()
+        if not is_visible:
+            self.draw_soon()
+            return False
+        self._session.note_drawn()
+        is_new = live.output is not None and live.output is not old_picture
+        seconds, picture_s = time.perf_counter() - start_s, live.request_s - old_request_s
+        self._session.time.speed.note_frame(seconds, picture_s, is_held() and is_new)
+        self._drawn_s, self._drawn_key = start_s, self._scheduler.drawing_key
         return is_new
+
+    def _rest(self, is_held: bool) -> None:
+        """End a gesture that rests, unless a hand still holds something; apply the colors."""
+        session = self._session
+        session.editing.settle_if_resting(is_pressed=is_held)
+        if session.screen is not None:
+            grade = session.editing.shot.grade
+            session.pictures.color.apply(session.pictures.view.state, session.screen, grade)
 
     def work(self) -> None:
         """Render for one slice if there is something to render, and request a frame for it."""

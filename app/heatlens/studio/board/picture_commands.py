@@ -30,7 +30,7 @@ def _switch(
     """Return the command that switches a field of the view."""
     return remote_command(
         *(name, partial(session.pictures.commands.toggle, field), key),
-        is_on=lambda: bool(getattr(session.facts.view, field)),
+        is_on=lambda: bool(getattr(session.pictures.view.state, field)),
         sheet=sheet,
     )
 
@@ -60,8 +60,8 @@ def _view(session: Session) -> Iterator[Command]:
     )
     graded = remote_command(
         *("Grade of the shot", partial(view.toggle, "is_graded")),
-        is_on=lambda: session.facts.view.is_graded,
-        barred=lambda: "" if session.facts.shot.grade else "The shot has no grade (ASC CDL).",
+        is_on=lambda: session.pictures.view.state.is_graded,
+        barred=lambda: "" if session.editing.shot.grade else "The shot has no grade (ASC CDL).",
     )
     yield from in_group(
         *("View", "exposure"),
@@ -77,7 +77,7 @@ def _view(session: Session) -> Iterator[Command]:
 def _overlays(session: Session) -> Iterator[Command]:
     """Yield the switches of focus peaking and of each overlay."""
     toggle = session.pictures.commands.toggle_overlay
-    is_on: Callable[[str], bool] = lambda name: session.facts.view.overlay == name  # noqa: E731
+    is_on: Callable[[str], bool] = lambda name: session.pictures.view.state.overlay == name  # noqa: E731
     yield from in_group(
         *("View", "overlays"),
         _switch(session, "is_peaking", "Focus peaking", "Shift+P", "Over the picture"),
@@ -94,14 +94,14 @@ def _overlays(session: Session) -> Iterator[Command]:
 
 def _guides(session: Session) -> Iterator[Command]:
     """Yield the switches of frame masks and guide lines."""
-    view, facts = session.pictures.commands, session.facts
+    view, seen = session.pictures.commands, session.pictures.view
     yield from in_group(
         *("View", "mattes"),
         *(
             replace(
                 remote_command(
                     *(f"Frame mask {name}", partial(view.toggle_matte, aspect)),
-                    is_on=partial(lambda aspect: facts.view.guides.aspect == aspect, aspect),
+                    is_on=partial(lambda aspect: seen.state.guides.aspect == aspect, aspect),
                     sheet="Guides",
                 ),
                 synonyms=("matte", "letterbox"),
@@ -114,7 +114,7 @@ def _guides(session: Session) -> Iterator[Command]:
         *(
             remote_command(
                 *(name, partial(view.toggle_guide, field)),
-                is_on=partial(lambda field: bool(getattr(facts.view.guides, field)), field),
+                is_on=partial(lambda field: bool(getattr(seen.state.guides, field)), field),
                 sheet="Guides",
             )
             for field, name in _GUIDE_LINES.items()
@@ -124,8 +124,9 @@ def _guides(session: Session) -> Iterator[Command]:
 
 def _compare(session: Session) -> Iterator[Command]:
     """Yield the commands that compare: side by side, gain, the reference, methods."""
-    view, now = session.pictures.commands, session.facts
-    is_on: Callable[[Compare], bool] = lambda how: now.view.compare is how  # noqa: E731
+    pictures = session.pictures
+    view, seen = pictures.commands, pictures.view
+    is_on: Callable[[Compare], bool] = lambda how: seen.state.compare is how  # noqa: E731
     yield from in_group(
         *("Compare", "with"),
         *(
@@ -133,7 +134,7 @@ def _compare(session: Session) -> Iterator[Command]:
             for how, (name, key) in _COMPARED.items()
         ),
         remote_command(
-            *("Grid of looks", session.pictures.looks.toggle_grid, "Shift+W"),
+            *("Grid of looks", pictures.looks.toggle_grid, "Shift+W"),
             is_on=partial(is_on, Compare.GRID),
         ),
     )
@@ -144,7 +145,7 @@ def _compare(session: Session) -> Iterator[Command]:
     )
     swap = remote_command(
         *("Compare with the reference", view.swap_b, "R"),
-        is_on=lambda: now.view.against is Against.REFERENCE,
+        is_on=lambda: seen.state.against is Against.REFERENCE,
     )
     yield from in_group("Compare", "b", swap)
     yield from in_group(
@@ -153,7 +154,8 @@ def _compare(session: Session) -> Iterator[Command]:
             remote_command(
                 *(f"Compare with {method or 'pinhole'}", partial(view.compare_with, method)),
                 barred=partial(
-                    lambda it: barred_methods(now.has_many_views).get(str(it), ""), method
+                    lambda it: barred_methods(pictures.renderer.has_many_views).get(str(it), ""),
+                    method,
                 ),
             )
             for method in (None, *Method)

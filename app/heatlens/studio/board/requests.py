@@ -148,7 +148,7 @@ class Pull(Request):
     def run(self, session: Session) -> None:
         """Pull the focus to the mark. Raises InputError for an unknown mark or no frames."""
         marks = session.time.marks
-        if session.facts.shot.mark_named(self.mark) is None:
+        if session.editing.shot.mark_named(self.mark) is None:
             raise InputError(f"There is no mark {self.mark!r}.")
         if self.frames < 1:
             raise InputError(f"A pull must last at least 1 frame, not {self.frames}.")
@@ -165,10 +165,10 @@ class TakeLook(Request):
     name: str
 
     def run(self, session: Session) -> None:
-        if self.name not in [look.name for look in session.facts.shot.looks]:
+        if self.name not in [look.name for look in session.editing.shot.looks]:
             raise InputError(f"There is no look {self.name!r}.")
         session.pictures.looks.use_named(self.name)
-        if session.facts.view.compare is Compare.GRID:
+        if session.pictures.view.state.compare is Compare.GRID:
             session.pictures.commands.change(compare=Compare.OFF)
 
 
@@ -182,5 +182,5 @@ class MoveCamera(Request):
 
     def run(self, session: Session) -> None:
         """Move the camera; do nothing for a plate."""
-        if session.facts.has_camera:
+        if session.source.has_camera:
             session.scenes.move(CameraDrag(self.kind, self.right, self.down))

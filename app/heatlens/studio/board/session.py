@@ -20,7 +20,7 @@ from heatlens.render.gpu import shader_reload
 from heatlens.render.preview.speed import Speed
 from heatlens.render.source.opened import Opened
 from heatlens.studio.board.controls import FileControl, LensControl, PictureControl, TimeControl
-from heatlens.studio.board.facts import Facts
+from heatlens.studio.board.facts import Facts, FactsReader
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shared import Commands, Shared
@@ -96,8 +96,9 @@ _NOBODY = FrontEnd()
 class Session:
     """The open document, its commands and its facts; a front end drives it.
 
-    The commands are in `pictures`, `time`, `lens`, `scenes` and `files`; `facts` has the
-    current state. The turns of a loop call `poll`, `work` and `note_drawn`, see `LoopTurn`.
+    The commands are in `pictures`, `time`, `lens`, `scenes` and `files`; `facts` tells
+    what is true now. The turns of a loop call `poll`, `update`, `work` and `note_drawn`, see
+    `LoopTurn`. `moment` counts what may have changed the facts.
     """
 
     def __init__(
@@ -114,7 +115,7 @@ class Session:
         `front_end` shows it. Rendered frames are kept in `frames_folder`, or in memory only if
         None. With `is_software`, a software rasterizer draws the window.
         """
-        self.messages = Messages()
+        self.messages, self.screen, self.moment = Messages(), front_end.screen, 0
         notify, wake = self.messages.notify, front_end.wake
         self.preferences = preferences or Preferences()
         self.given = options = CommandLineOptions(start)
@@ -134,7 +135,7 @@ class Session:
             *(shared, timeline, pictures, lens, self.scenes, speed, front_end.screen)
         )
         self.files = FileControl(shared, pictures, timeline, frames_folder)
-        self.facts = Facts(source, editing, pictures, time, self.files, self.messages)
+        self._facts = FactsReader(source, editing, pictures, time, self.files, self.messages)
         self._lost_surfaces = LostSurfaces(shared)
         # Polled in this order in each frame of the window.
         self.workers: tuple[Worker, ...] = (
@@ -153,6 +154,11 @@ class Session:
             self.files.documents.autosave_now()
         self.messages.notify(Problem(error))
 
+    @property
+    def facts(self) -> Facts:
+        """What is true now, read anew; `Board.facts` keeps it for a turn."""
+        return self._facts.read()
+
     # Called in the turns of a loop
 
     def poll(self) -> None:
@@ -169,10 +175,16 @@ class Session:
         # goes back.
         self.messages.fade(keeps_problem=self.files.start_choices.is_shown)
         self.time.speed.is_for_ring = self.lens.ring.is_turning
+        self.moment += 1
+
+    def update(self) -> None:
+        """Answer what has changed with a picture that fits the time."""
+        self.time.scheduler.update()
+        self.moment += 1
 
     def note_drawn(self) -> None:
         """Note that the frame of the window is on the screen now."""
-        shown_picture = self.facts.shown_picture
+        shown_picture = self.time.scheduler.shown_picture
         self.lens.ring.note_shown_lens(
             None if shown_picture is None else shown_picture.shot.lens_at(shown_picture.frame)
         )
@@ -241,6 +253,7 @@ class Session:
     def work(self) -> None:
         """Render for one time slice: visible pictures first, then frames ahead."""
         self.time.scheduler.work()
+        self.moment += 1
 
     @property
     def wants_frames(self) -> bool:
@@ -257,7 +270,7 @@ class Session:
 
     def save_preferences(self, **window_fields: object) -> None:
         """Begin to save the preferences; `window_fields` are further fields of Remembered."""
-        view, playback = self.facts.view, self.time.timeline.playback
+        view, playback = self.pictures.view.state, self.time.timeline.playback
         self.preferences.change(
             display=view.display,
             view=self.pictures.color.chosen_view(view),

@@ -1,58 +1,68 @@
-"""Write the state of a session as entries of JSON: the protocol of pages and other programs."""
+"""Write the facts of a session as entries of JSON: the protocol of pages and other programs."""
 
 from collections.abc import Sequence
-from dataclasses import fields
 
 from heatlens.core.model.shot.look import Look
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.core.model.view.guides import NO_GUIDES, Guides, frame_lines_for, guide_shapes
 from heatlens.core.model.view.view_geometry import PictureShape
 from heatlens.media.files.json_record import record_to_json, to_json
-from heatlens.studio.board.command import Command
-from heatlens.studio.board.state import IS_OBJECT, State
+from heatlens.studio.board.command import Command, CommandState
+from heatlens.studio.board.facts import Facts
 
 _DIGITS = 3  # decimals of the histogram's heights
-_PLAIN = tuple(field.name for field in fields(State) if not field.metadata.get(IS_OBJECT))
-# An entry without a value is missing, but for these, which are null.
-_NULL = ("hyperfocal_m", "keyed_focus_m", "timecode", "part_done")
-
-_OWN = ("looks", "commands", "shape")  # entries that are shorter than their fields
+# The facts that are entries by their own names. One without a value is missing, but for `_NULL`.
+_PLAIN = (
+    *("opening", "title", "message", "is_problem", "frame", "direction", "near_m", "far_m"),
+    *("view", "marks", "size_px", "is_whole", "picture", "hyperfocal_m", "keyed_focus_m"),
+    *("timecode", "beats_left", "recorded_keys", "has_camera", "part_done"),
+)
+_NULL = ("hyperfocal_m", "keyed_focus_m", "timecode", "part_done")  # null without a value
 
 
 class StateJson:
-    """Writes states as JSON; the same state and the same histogram are written once."""
+    """Writes facts as JSON; the same facts and the same histogram are written once."""
 
     def __init__(self, remote: Sequence[Command]) -> None:
         """Write of the commands only those in `remote`."""
         self._remote = {command.name for command in remote}
         self._table = [[it.name, it.key, it.sheet] for it in remote]
-        self._state: State | None = None
+        self._written: tuple[Facts, tuple[CommandState, ...]] | None = None
         self._entries: dict[str, object] = {}
         self._histogram: DepthHistogram | None = None
         self._scale: dict[str, object] | None = None
 
-    def entries(self, state: State) -> dict[str, object]:
-        """Return the entries of a state; the same object until the state changes."""
-        if state is not self._state:
-            self._state, self._entries = state, self._entries_of(state)
+    def entries(self, facts: Facts, commands: tuple[CommandState, ...]) -> dict[str, object]:
+        """Return the entries of the facts; the same object until they change."""
+        if self._written != (facts, commands):
+            self._written, self._entries = (facts, commands), self._entries_of(facts, commands)
         return self._entries
 
-    def _entries_of(self, state: State) -> dict[str, object]:
-        """Return the entries of a state: plain values, and those of a form of their own."""
-        values = {name: getattr(state, name) for name in _PLAIN if name not in _OWN}
+    def _entries_of(self, facts: Facts, commands: tuple[CommandState, ...]) -> dict[str, object]:
+        values = {name: getattr(facts, name) for name in _PLAIN}
+        if facts.has_lens:
+            values["lens"] = facts.lens
         plain = {name: to_json(value) for name, value in values.items() if value is not None}
-        shape = state.shape
+        shot, shape = facts.shot, facts.shape
         own: dict[str, object] = {
-            "looks": [_look_entry(look) for look in state.looks],
+            "source": shot.source or "",
+            "first": facts.played.first,
+            "last": facts.played.last,
+            "blur": to_json(shot.defocus),
+            "looks": [_look_entry(look) for look in shot.looks],
+            "offset_m": facts.lens.measuring_offset_m,
+            "focus_keys": [key.frame for key in shot.curves.focus_distance_m.keys],
+            "frames_per_second": shot.frames_per_second,
+            "recording": facts.recording.name.lower(),
             "commands": {
                 it.name: [it.is_on, it.barred]  # None: it is no switch; "": it is there
-                for it in state.commands
+                for it in commands
                 if it.name in self._remote
             },
             "shape": [shape.width_px, shape.height_px, shape.pixel_aspect],
             "table": self._table,
-            "guides": _guides_entry(state.view.guides, shape),
-            "scale": self._depth_scale(state.histogram),
+            "guides": _guides_entry(facts.view.guides, shape),
+            "scale": self._depth_scale(facts.histogram),
         }
         return dict.fromkeys(_NULL) | plain | own
 

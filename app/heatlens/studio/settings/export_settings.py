@@ -1,5 +1,6 @@
 """The settings of an export, for the panel and for the exporting process."""
 
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -92,6 +93,16 @@ class ExportSettings(ExportOptions):
             guides = replace(guides, opacity=NO_GUIDES.opacity)
         drawn_guides = guides if self.with_guides else NO_GUIDES
         return job_text(replace(options, shot_name=shot), look, drawn_guides)
+
+
+def count_files(output: str) -> int:
+    """Return how many files of an export are there: of its pattern of frames, or of its name."""
+    path = Path(output).expanduser()
+    name = re.escape(path.name).replace(re.escape("####"), r"-?\d{4,}")
+    try:
+        return sum(bool(re.fullmatch(name, file.name)) for file in path.parent.iterdir())
+    except OSError:
+        return 0  # the folder is not there, or cannot be listed
 
 
 def proposed_settings(plate: Path, place: ExportPlace = HERE) -> ExportSettings:

@@ -28,6 +28,14 @@ PURPOSES = {
             pictures=suffixes_read,
         ),
         Purpose(
+            "media",
+            "Choose one of the missing files",
+            "Take",
+            MOVIES_READ,
+            "The other missing shots of the cut are looked for in its folder too.",
+            pictures=suffixes_read,
+        ),
+        Purpose(
             "network",
             "Choose a network that estimates the depth",
             "Take",
@@ -42,7 +50,14 @@ PURPOSES = {
             "It needs depth and the same camera: a clean plate, or a character with alpha.",
             pictures=suffixes_read,
         ),
-        Purpose("reference", "Open a reference", "Open", (), "Shown as B.", pictures=suffixes_read),
+        Purpose(
+            "reference",
+            "Open a reference",
+            "Open",
+            (),
+            "Shown as B.",
+            pictures=suffixes_read,
+        ),
         Purpose(
             "save",
             "Save the picture",

@@ -40,7 +40,7 @@ class HeadlessLoop:
         self.board = Board(session, self._still_of_picture)
         self._cached_screen = session.time.frames_ahead.screen
         self._tap = Tap(session, self.board, shared)
-        self._loop_turn = LoopTurn(session, screen)
+        self._loop_turn = LoopTurn(session)
 
     def run(self, is_over: Callable[[], bool]) -> None:
         """Run until `is_over` returns True."""
@@ -89,23 +89,25 @@ class HeadlessLoop:
                 self._loop_turn.draw_soon()
 
     def _draw(self) -> None:
-        """Update the session and publish its picture, as the window does in each frame."""
-        session, turn = self._session, self._loop_turn
-        turn.poll()
-        if session.files.documents.offer is not None:
-            session.files.documents.answer(recovers=True)  # it goes on where it was
-        turn.update()
-        is_held = bool(self._shared.hands.holder)
-        turn.rest(is_held)
+        """Make a frame, which the pages get in place of a window."""
+        self._loop_turn.make_frame(
+            *(self._recover_shot, self._publish, lambda: bool(self._shared.hands.holder))
+        )
+
+    def _recover_shot(self) -> None:
+        """Go on with an autosave, which the window would ask about."""
+        documents = self._session.files.documents
+        if documents.offer is not None:
+            documents.answer(recovers=True)
+
+    def _publish(self) -> None:
         self._tap.publish(self._tap.key(self._screen.transform_version), self._displayed_picture)
-        turn.note_shown()
-        turn.end(is_held)
 
     def _displayed_picture(self) -> DisplayedPicture | None:
         """Return the picture as the window would show it; None while there is none."""
-        facts = self._session.facts
+        facts = self.board.facts
         control = self._session.pictures
-        shown = self._session.facts.shown_picture
+        shown = facts.shown_picture
         if facts.plate is None or shown is None:
             return None
         view = facts.view.with_transmission(facts.lens)
@@ -121,7 +123,7 @@ class HeadlessLoop:
 
     def _overlay(self, shown: ShownPicture) -> Texture | None:
         """Return the overlay that lies over the picture; None without one."""
-        facts = self._session.facts
+        facts = self.board.facts
         if not facts.view.has_overlay or not facts.has_lens:
             return None
         loaded = self._session.pictures.renderer.loaded

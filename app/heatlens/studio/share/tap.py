@@ -124,7 +124,6 @@ class Tap:
     """Publishes state and picture of a session; the loop that owns the GPU calls it."""
 
     def __init__(self, session: Session, board: Board, shared: SharedSession) -> None:
-        self._session = session
         self._shared = shared
         self._board = board
         self._composer = PictureComposer(session.pictures.renderer.ctx)
@@ -145,9 +144,9 @@ class Tap:
 
     def key(self, transform_version: int) -> object:
         """Return a key that changes with the picture, under this version of the view transform."""
-        facts, scheduler = self._session.facts, self._session.time.scheduler
+        facts = self._board.facts
         view = facts.view.with_transmission(facts.lens)
-        return scheduler.picture_key, facts.shown_picture, facts.frame, view, transform_version
+        return facts.picture, facts.shown_picture, facts.frame, view, transform_version
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds until the picture at rest is due; None if it has been sent."""
@@ -164,7 +163,7 @@ class Tap:
     @property
     def _is_final(self) -> bool:
         """True if the picture is finished, and neither playback nor rendering will change it."""
-        facts = self._session.facts
+        facts = self._board.facts
         return facts.is_whole and facts.direction == 0
 
     def _newest_picture(
@@ -192,4 +191,4 @@ class Tap:
         """Return pixels as the picture of the current frame, with the next number."""
         last = self._shared.picture
         number = 1 if last is None else last.number + 1
-        return Picture(number, self._session.facts.frame, pixels, is_whole)
+        return Picture(number, self._board.facts.frame, pixels, is_whole)

@@ -1,7 +1,6 @@
 """Draw the open panels: give each one its values and apply the values that it returns."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 
 from imgui_bundle import imgui
@@ -53,14 +52,14 @@ class DockedPanels:
 
     def __init__(self, session: Session, board: Board, ui: UiState, screen: ScreenPictures) -> None:
         self._session, self._board = session, board
-        self._facts, self._editing, self._time = session.facts, session.editing, session.time
+        self._editing, self._time = session.editing, session.time
         self._notify = session.messages.notify
         self._ui = ui
         self._plan_drawer, self._plan_panel = PlanDrawer(), PlanPanel()
         self._hovered: tuple[int, int] | None = None
         self._examined_source: str | None = None  # the source whose depth was looked at for doubts
-        self._reel_stills = ReelStills(session.facts, session.pictures, screen)
-        self.stills = LookStills(session.facts, session.pictures)
+        self._reel_stills = ReelStills(board, session.pictures, screen)
+        self.stills = LookStills(board, session.pictures)
 
     def draw(self, hovered: tuple[int, int] | None, pictures: Pictures | None) -> None:
         """Draw the panels; `hovered` is the pixel of the display window under the pointer.
@@ -71,14 +70,14 @@ class DockedPanels:
         panels: dict[str, Callable[[], None]] = {
             "Lens": self._draw_lens,
             "Marks": self._draw_marks,
-            "Looks": partial(
-                looks_panel, self._facts, self._board, self._session.pictures, self.stills
-            ),
+            "Looks": partial(looks_panel, self._board, self._session.pictures, self.stills),
             "Display": self._draw_display,
             "Export": self._draw_export,
             "Source": self._draw_source,
-            "Reel": partial(reel_panel, self._ui.files, self._facts.unit, self._reel_stills),
-            "Timeline": partial(timeline_panel, self._time, self._ui.timeline, self._facts.unit),
+            "Reel": partial(reel_panel, self._ui.files, self._board.facts.unit, self._reel_stills),
+            "Timeline": partial(
+                timeline_panel, self._time, self._ui.timeline, self._board.facts.unit
+            ),
         }
         for name, draw in panels.items():
             if self._is_shown(name):
@@ -91,7 +90,7 @@ class DockedPanels:
 
     def _show_doubtful_source(self) -> None:
         """Bring the Source panel to the front, once for each source whose depth is doubtful."""
-        plate, source = self._facts.plate, self._facts.shot.source
+        plate, source = self._board.facts.plate, self._board.facts.shot.source
         if plate is None or source == self._examined_source:
             return
         self._examined_source = source
@@ -122,7 +121,7 @@ class DockedPanels:
 
     def _draw_lens(self) -> None:
         """Draw the Lens panel, and apply changes of the lens, the kit and the blur."""
-        facts, notify, lens = self._facts, self._notify, self._session.lens
+        facts, notify, lens = self._board.facts, self._notify, self._session.lens
         if facts.is_waiting:
             return
         start_lens, plate, kits = lens.commands.start_lens, facts.plate, lens.commands.kits
@@ -135,38 +134,43 @@ class DockedPanels:
         ring_panel(lens, facts.unit, notify)
         with listening() as drawn_rows:
             buttons = partial(mark_buttons, self._time, self._ui)
-            self._editing.edit_lens(lens_panel(facts.lens, lens_facts, notify, buttons))
+            self._board.change(lens_panel(facts.lens, lens_facts, notify, buttons))
         size_row(self._time)
+        facts = self._board.facts
         kit_panel(facts.shot.kit, facts.lens, lens)
         ask_image = partial(self._ui.dialogs.ask, "opening")
-        self._editing.edit_lens(opening_panel(facts.lens, notify, ask_image))
+        self._board.change(opening_panel(self._board.facts.lens, notify, ask_image))
         with listening() as folded_rows:
-            self._editing.edit_lens(film_back_panel(facts.lens, notify))
+            self._board.change(film_back_panel(self._board.facts.lens, notify))
         self._draw_mattes()
-        defocus = rendering_panel(facts.shot.defocus, facts.has_many_views, self._draw_speed)
-        self._editing.edit(replace(facts.shot, defocus=defocus))
+        facts = self._board.facts
+        self._board.change(
+            rendering_panel(facts.shot.defocus, facts.has_many_views, self._draw_speed)
+        )
         if facts.histogram is not None and self._time.timeline.has_time:
             lens_dots(self._time, drawn_rows | folded_rows)
 
     def _current_doubts(self) -> tuple[Doubt, ...]:
         """Return implausible values of lens and plate; none for a scene, whose unit is known."""
-        facts, plate = self._facts, self._facts.plate
+        facts, plate = self._board.facts, self._board.facts.plate
         if plate is None or facts.has_camera or not plate.has_distances:
             return ()
         return find_doubts(facts.lens, depth_span(plate, facts.shot.plate_options.scene_unit_m))
 
     def _draw_display(self) -> None:
         """Draw the Display panel, and apply changes of the view."""
-        facts, pictures = self._facts, self._session.pictures
+        facts, pictures = self._board.facts, self._session.pictures
         name = None if facts.reference is None else facts.reference.path.name
-        pictures.view.state = display_panel(
-            *(facts.view, pictures.color, name, facts.has_many_views, self._notify),
-            *(facts.shot.grade, facts.lens.squeeze),
+        self._board.change(
+            display_panel(
+                *(facts.view, pictures.color, name, facts.has_many_views, self._notify),
+                *(facts.shot.grade, facts.lens.squeeze),
+            )
         )
 
     def _draw_mattes(self) -> None:
         """Draw the mattes that the blur of a plate heeds, and read it again with changed ones."""
-        if self._facts.has_camera:
+        if self._board.facts.has_camera:
             return
         reading = self._ui.files.commands.reading
         pick_matte = partial(self._time.marks.pick_matte, reading.change_matte)
@@ -174,7 +178,8 @@ class DockedPanels:
 
     def _draw_source(self) -> None:
         """Draw the Source panel: the scene, or how the plate is read, with changed options."""
-        facts, plate, stream = self._facts, self._facts.plate, self._facts.stream
+        facts = self._board.facts
+        plate, stream = facts.plate, facts.stream
         if stream is not None and (stream.refusal or stream.arriving):
             imgui.text_wrapped(window_words(stream.status_text))
         if facts.has_camera:
@@ -211,12 +216,12 @@ class DockedPanels:
 
     def _draw_marks(self) -> None:
         """Draw the Marks panel: the list, and under it the plan."""
-        marks_panel(self._time, self._facts.unit, self._ui)
+        marks_panel(self._time, self._board.facts.unit, self._ui)
         self._draw_plan()
 
     def _draw_plan(self) -> None:
         """Draw the plan, and apply a dragged focus or mark."""
-        facts, plate, marks = self._facts, self._facts.plate, self._time.marks
+        facts, plate, marks = self._board.facts, self._board.facts.plate, self._time.marks
         if plate is None or not plate.has_distances:
             return
         imgui.separator_text("Plan")

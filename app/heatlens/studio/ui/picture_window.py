@@ -15,7 +15,6 @@ from heatlens.render.gpu.device import Framebuffer, Sampling
 from heatlens.render.rendered_frames.screen_work import ScreenWork
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.controls import LensControl, PictureControl
-from heatlens.studio.board.facts import Facts
 from heatlens.studio.board.lessons import Lessons
 from heatlens.studio.board.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook
 from heatlens.studio.ui import rects, theme
@@ -28,7 +27,7 @@ from heatlens.studio.ui.picture.guides_over import draw_beat, draw_guides
 from heatlens.studio.ui.picture.held_alone import HeldAlone
 from heatlens.studio.ui.picture.legend import draw_legend, legend_facts
 from heatlens.studio.ui.picture.loupe import Loupe, draw_flag_loupe
-from heatlens.studio.ui.picture.notices import StreamNotice, draw_lessons, draw_waiting
+from heatlens.studio.ui.picture.notices import draw_lessons, draw_notice, draw_waiting
 from heatlens.studio.ui.picture.pixel_values import draw_ruler
 from heatlens.studio.ui.picture.seen_pictures import SeenPictures
 from heatlens.studio.ui.picture.viewport import ViewportPanel, ViewportResult
@@ -45,7 +44,6 @@ class PictureWindow:
 
     def __init__(
         self,
-        facts: Facts,
         board: Board,
         control: PictureControl,
         lessons: Lessons,
@@ -55,12 +53,11 @@ class PictureWindow:
         lens: LensControl,
         is_keyboard_taken: Callable[[], bool],
     ) -> None:
-        self._facts, self._board, self._control = facts, board, control
+        self._board, self._control = board, control
         self._ui = ui
-        self._picture_collector = SeenPictures(facts, control, screen, cached_screen)
+        self._picture_collector = SeenPictures(board, control, screen, cached_screen)
         ctx = control.renderer.ctx
         self._start_screen = StartScreen(ctx)
-        self._notice = StreamNotice()
         self._lessons = lessons
         self._lens_commands = lens.commands
         self._loupe = Loupe(self._lens_commands.find_surfaces, self._lens_commands.names_of)
@@ -72,6 +69,7 @@ class PictureWindow:
         self.ctrl = HeldAlone(imgui.Key.mod_ctrl, _KEYS_WITH_CTRL)
         self.fade = PictureFade(ctx)
         self._is_bar_dragged = False  # the focus bar is dragged
+        self._has_keyboard = False  # no dialog, field or menu takes the keys
         self.pictures: Pictures | None = None  # the pictures shown in this frame
 
     def draw(self, has_keyboard: bool, is_visible: bool = True) -> None:
@@ -79,12 +77,15 @@ class PictureWindow:
 
         With `is_visible` False it may show the pictures of the previous frame.
         """
+        self._has_keyboard = has_keyboard
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
         self._begin_window()
         imgui.pop_style_var()
         is_held_off = self.alt.update(self.hovered_px is not None)
         self._control.view.is_lens_held_off = is_held_off
-        has_picture = self._facts.plate is not None and self._facts.shown_picture is not None
+        has_picture = (
+            self._board.facts.plate is not None and self._board.facts.shown_picture is not None
+        )
         if is_visible or not has_picture:
             self.pictures = self._picture_collector.collect()
         if self._ui.files.start_choices.is_shown:
@@ -106,7 +107,7 @@ class PictureWindow:
 
     @property
     def _has_focus_bar(self) -> bool:
-        facts = self._facts
+        facts = self._board.facts
         return not self._ui.is_bare and facts.histogram is not None and facts.has_lens
 
     def paint(self, target: Framebuffer, size_px: tuple[int, int]) -> None:
@@ -116,7 +117,7 @@ class PictureWindow:
 
     def _draw_progress_line(self) -> None:
         """Draw the line under the picture that fills while the whole picture is rendered."""
-        share, viewport = self._facts.part_done, self.viewport.picture_view.viewport
+        share, viewport = self._board.facts.part_done, self.viewport.picture_view.viewport
         if share:
             (x, y), (width, height) = viewport.corner, viewport.size
             corner = ImVec2(x, y + height)
@@ -126,7 +127,7 @@ class PictureWindow:
 
     def _draw_focus_bar(self, corner: ImVec2, size: ImVec2) -> None:
         """Draw the focus bar, and change the lens as it was dragged."""
-        facts, histogram = self._facts, self._facts.histogram
+        facts, histogram = self._board.facts, self._board.facts.histogram
         assert histogram is not None
         lens, pointed_mark = focus_bar(facts, histogram, corner, size)
         self._is_bar_dragged = imgui.is_item_active()
@@ -137,7 +138,7 @@ class PictureWindow:
 
     def _draw_picture(self, pictures: Pictures | None, bar_height: float) -> None:
         """Draw the picture and everything over it, or the reason why there is none."""
-        facts, stream = self._facts, self._facts.stream
+        facts, stream = self._board.facts, self._board.facts.stream
         if facts.is_black and not facts.plays_cached_frames:
             imgui.text_disabled(f"  Frame {facts.frame} has no file.")
         elif facts.is_waiting and stream is not None:
@@ -149,6 +150,7 @@ class PictureWindow:
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
             self._apply_gestures(self.viewport.draw(pictures, facts.view, scale, bar_height))
+            facts = self._board.facts
             picture_view = self.viewport.picture_view
             fading_picture = facts.shown_picture if facts.is_live_alone else None
             self.fade.draw(fading_picture, picture_view.viewport, picture_view.geometry)
@@ -161,28 +163,27 @@ class PictureWindow:
         """
         is_dragging = imgui.is_mouse_dragging(imgui.MouseButton_.left)
         hides_words = is_dragging and (self._is_bar_dragged or self.viewport.is_focusing)
-        view, picture_view = self._facts.view, self.viewport.picture_view
+        view, picture_view = self._board.facts.view, self.viewport.picture_view
         for cell in self.viewport.cells:
             cell_geometry = geometry(view, cell, pictures.shape)
             cell_view = replace(picture_view, viewport=cell, geometry=cell_geometry)
-            draw_guides(view.guides, pictures.shape, cell_view, self._facts.crop)
+            draw_guides(view.guides, pictures.shape, cell_view, self._board.facts.crop)
         if not pictures.tiles:
-            draw_ruler(self._control, self._facts, self.hovered_px)
+            draw_ruler(self._control, self._board.facts, self.hovered_px)
         if not (pictures.tiles or hides_words):
-            draw_point_marks(self._facts, self._control.view)
+            draw_point_marks(self._board.facts, self._control.view)
             self._draw_legend()
             self._draw_loupe(pictures)
-        if self._facts.beats_left:
-            draw_beat(self._facts.beats_left, picture_view.viewport)
+        if self._board.facts.beats_left:
+            draw_beat(self._board.facts.beats_left, picture_view.viewport)
         if not (self._ui.is_bare or pictures.tiles):
             draw_lessons(self._lessons, self._control.view.viewport, hides_words)
-        stream = self._facts.stream
-        if stream is not None and stream.is_shown:
-            self._notice.draw(stream, self._control.view.viewport)
+        if not self._ui.is_bare:
+            draw_notice(self._ui, self._control.view.viewport, self._has_keyboard)
 
     def _draw_loupe(self, pictures: Pictures) -> None:
         """Draw the loupe if it is on or Ctrl is held, unless a button is down or A is compared."""
-        facts, ruler, pixel = self._facts, self._control.commands.ruler, self.hovered_px
+        facts, ruler, pixel = self._board.facts, self._control.commands.ruler, self.hovered_px
         is_plain = facts.view.compare is Compare.OFF and not (
             facts.plays_cached_frames or ruler.is_on
         )
@@ -199,7 +200,7 @@ class PictureWindow:
 
     def _draw_mark_loupe(self, mark: str) -> None:
         """Draw the loupe of a mark whose flag is under the pointer, unless A is compared."""
-        facts, picture_view, pictures = self._facts, self._control.view, self.pictures
+        facts, picture_view, pictures = self._board.facts, self._control.view, self.pictures
         mark_point = mark_in_window(facts, picture_view, mark)
         if (
             mark_point is not None
@@ -231,7 +232,7 @@ class PictureWindow:
 
     def _draw_start_screen(self, has_keyboard: bool) -> None:
         """Draw the start screen, and open the chosen card or leave."""
-        choices, opening = self._ui.files.start_choices, self._facts.opening
+        choices, opening = self._ui.files.start_choices, self._board.facts.opening
         answer = self._start_screen.draw(
             choices.cards(), opening, has_keyboard, choices.max_recent_count
         )
@@ -242,7 +243,7 @@ class PictureWindow:
 
     def _draw_legend(self) -> None:
         """Draw the legend of the overlay, if one is shown."""
-        facts, view = self._facts, self._facts.view
+        facts, view = self._board.facts, self._board.facts.view
         if not view.has_overlay or view.compare is Compare.FLIP or not facts.has_lens:
             return
         plate = self._control.renderer.loaded.plate
@@ -282,4 +283,4 @@ class PictureWindow:
         if name:
             self._board.do(TakeLook(name))
         else:
-            self._board.change(replace(self._facts.view, compare=Compare.OFF))
+            self._board.change(replace(self._board.facts.view, compare=Compare.OFF))

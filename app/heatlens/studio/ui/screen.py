@@ -1,6 +1,7 @@
 """Draw one frame of the interface: menus, panels, the picture and the status bar."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from imgui_bundle import ImVec2, imgui
 
@@ -16,12 +17,7 @@ from heatlens.studio.board.session import Session
 from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import topmost
 from heatlens.studio.ui.docked_panels import DockedPanels
-from heatlens.studio.ui.files.questions import (
-    depth_question,
-    quit_question,
-    save_question,
-    shot_question,
-)
+from heatlens.studio.ui.files.questions import draw_questions
 from heatlens.studio.ui.keys_window import keys_window
 from heatlens.studio.ui.layout import dock_panels, grow_for_curve, menu_bar, shrink_large_panels
 from heatlens.studio.ui.panels.marks_panel import pull_popup
@@ -59,23 +55,24 @@ class Screen:
         `is_keyboard_taken` returns True while another program has grabbed the keyboard.
         """
         self._session = session
-        self.turn = LoopTurn(session, pictures)
+        self.turn = LoopTurn(session)
         self._board = board = Board(session, self._make_still)
         files, time, control = session.files, session.time, session.pictures
-        notify, facts = session.messages.notify, session.facts
+        notify = session.messages.notify
         self.sharing = WindowSharing(session, board, sharing)
         self.ui = UiState(time, files, session.preferences, notify, wake, self.sharing)
         self.commands = board.with_commands_of(window_commands(self.ui))
         self.typed_keys: Sequence[
             imgui.Key
         ] = ()  # keys that went down in this frame, in their order
+        self._hears_keys = False  # the keys of this frame are for the picture
         self._pictures, cached_screen = pictures, time.frames_ahead.screen
         lessons = Lessons(session.editing, time.marks)
         self.picture = PictureWindow(
-            *(facts, board, control, lessons, self.ui, self._pictures, cached_screen),
+            *(board, control, lessons, self.ui, self._pictures, cached_screen),
             *(session.lens, is_keyboard_taken),
         )
-        self.status = StatusBar(facts, control, self.ui, cached_screen)
+        self.status = StatusBar(board, control, self.ui, cached_screen)
         self._panels = DockedPanels(session, board, self.ui, self._pictures)
 
     def _make_still(self) -> str | None:
@@ -89,33 +86,28 @@ class Screen:
         )
         return is_not_in_picture or opens(self.commands, key, mods)
 
-    def draw(self, is_visible: bool = True) -> None:
-        """Draw between ImGui's new_frame and render; an error is shown as a message.
+    def make_frame(self, show: Callable[[], None], is_visible: bool = True) -> bool:
+        """Make a frame after ImGui's new_frame; return True if it has a new picture.
 
-        With `is_visible` False the frame stays invisible, since more input waits: it collects no
-        results of threads and makes no picture.
+        `show` brings what ImGui has drawn to the screen. With `is_visible` False the frame stays
+        invisible, since more input waits: it collects no results of threads and makes no picture.
         """
-        state = imgui.internal.ErrorRecoveryState()
-        imgui.internal.error_recovery_store_state(state)
-        try:
-            with report_faults("The window could not be drawn"):
-                self._draw_frame(is_visible)
-                topmost.note_frame()
-        except HeatlensError as error:
-            _recover_from_error(state)
-            self._session.show_error(error)
+
+        def draw_and_show() -> None:
+            _draw_safely(self._session, partial(self._draw_picture, is_visible))
+            show()
+
+        draw_panels = partial(_draw_safely, self._session, self._draw_panels)
+        return self.turn.make_frame(draw_panels, draw_and_show, _is_held, is_visible)
 
     def publish(self) -> None:
         """Give the picture of this frame to the pages that share it."""
         self.sharing.publish(self.picture.pictures, self._pictures.transform_version)
 
-    def _draw_frame(self, is_visible: bool) -> None:
-        """Poll the session, run actions, draw panels and picture, and request the next picture."""
-        session = self._session
+    def _draw_panels(self) -> None:
+        """Carry out the commands of keys and menus, and draw everything but the picture."""
         self.ui.theme.apply()
-        if is_visible:
-            self.turn.poll()
-        hears_keys = has_keyboard()  # before a popup can handle Enter and close
+        self._hears_keys = has_keyboard()  # before a popup can handle Enter and close
         topmost.close_escaped()
         forget_after_click()
         self._do_commands()
@@ -124,15 +116,18 @@ class Screen:
         if not self.ui.is_bare:
             self._panels.draw(self.picture.hovered_px, self.picture.pictures)
             self._fit_panels()
-            shows_curve = session.time.keys.rows.shows_curve and self.ui.is_timeline_shown
-            grow_for_curve(self.ui.timeline, shows_curve, imgui.get_main_viewport().work_size.y)
+            session, ui = self._session, self.ui
+            shows_curve = session.time.keys.rows.shows_curve and ui.is_timeline_shown
+            grow_for_curve(ui.timeline, shows_curve, imgui.get_main_viewport().work_size.y)
         if is_new_layout:
             imgui.set_window_focus("Lens")  # in front of the other tabs
-        session.lens.ring.poll()  # again, for samples that arrived while the panels were drawn
-        if is_visible:
-            self.turn.update()
-        self.picture.draw(hears_keys, is_visible)
-        self.turn.rest(is_pressed=imgui.is_any_item_active())
+        # Again, for samples that arrived while the panels were drawn.
+        self._session.lens.ring.poll()
+
+    def _draw_picture(self, is_visible: bool) -> None:
+        """Draw the picture, with what lies over it."""
+        self.picture.draw(self._hears_keys, is_visible)
+        topmost.note_frame()
 
     def _fit_panels(self) -> None:
         """Leave room for the picture if the panels have just become larger."""
@@ -153,13 +148,17 @@ class Screen:
         self._draw_popups()
 
     def _leave_mode(self) -> None:
-        """Discard a recording, switch off the ruler or leave a mode of the picture."""
-        session = self._session
+        """Discard a recording, switch off the ruler, leave a notice or a mode of the picture."""
+        session, notice = self._session, self._session.files.notices.first
         if session.time.recording.state is not RecordingState.OFF:
             if not imgui.get_io().want_text_input:
                 session.time.recording.discard()
-        elif not session.pictures.commands.leave_mode():
+        elif session.pictures.commands.leave_mode():
+            pass
+        elif self.ui.is_bare:
             self.ui.leave_bare()
+        elif notice is not None and self.picture.pictures is not None:
+            session.files.notices.answer(notice)
 
     def _actions_of_keys(self) -> list[Command]:
         """Return the commands of pressed keys, in order; Fit over the curve fits that instead."""
@@ -180,13 +179,10 @@ class Screen:
         """Draw the popups, dialogs and questions that are open."""
         session, ui = self._session, self.ui
         if ui.shows_keys:
-            ui.shows_keys = keys_window(self.commands, session.facts.has_camera)
-        pull_popup(session.time, ui, session.facts.unit)
+            ui.shows_keys = keys_window(self.commands, session.source.has_camera)
+        pull_popup(session.time, ui, session.pictures.view.state.unit)
         rendered_popup(session.time, ui.timeline)
-        shot_question(session.files)
-        depth_question(ui)
-        save_question(ui)
-        quit_question(ui, session.files.exports.run)
+        draw_questions(ui, session.files.exports.run)
         ui.dialogs.draw()
         self.sharing.draw_popup()
 
@@ -198,10 +194,10 @@ class Screen:
 
     def settings(self) -> tuple[Command, ...]:
         """Return a command for each setting of the panels, and for each value that it can have."""
-        session, facts = self._session, self._session.facts
-        views = session.pictures.color.views(facts.view.display)
-        place_actions = setting_places(facts, session.time, self.ui)
-        return (*place_actions, *settings(self._board, facts, views, self.ui))
+        session, board = self._session, self._board
+        views = session.pictures.color.views(board.facts.view.display)
+        place_actions = setting_places(board, session.time, self.ui)
+        return (*place_actions, *settings(board, views, self.ui))
 
     def _is_blocked_by_start_screen(self, command: Command) -> bool:
         """Return True if the start screen is shown and may use the command's key itself."""
@@ -230,6 +226,23 @@ class Screen:
             self.status.draw(self.picture.hovered_px)
         imgui.end()
         imgui.pop_style_var()
+
+
+def _is_held() -> bool:
+    """Return True while a control or a button of the mouse is held."""
+    return imgui.is_any_item_active() or any(imgui.is_mouse_down(button) for button in range(3))
+
+
+def _draw_safely(session: Session, draw: Callable[[], None]) -> None:
+    """Call a function that draws; show an error as a message, and leave nothing of ImGui open."""
+    state = imgui.internal.ErrorRecoveryState()
+    imgui.internal.error_recovery_store_state(state)
+    try:
+        with report_faults("The window could not be drawn"):
+            draw()
+    except HeatlensError as error:
+        _recover_from_error(state)
+        session.show_error(error)
 
 
 # An error in a panel leaves windows, menus and styles of ImGui open, and its next frame would stop

@@ -19,7 +19,6 @@ from heatlens.deliver.export.options import ExportOptions
 from heatlens.studio.board.board import Board, Changeable
 from heatlens.studio.board.command import Command
 from heatlens.studio.board.controls import TimeControl
-from heatlens.studio.board.facts import Facts
 from heatlens.studio.settings.preferences import Theme
 from heatlens.studio.ui.seek import show_setting
 from heatlens.studio.ui.state import UiState
@@ -82,7 +81,7 @@ _SYNONYMS = {
 }
 
 
-def setting_places(facts: Facts, control: TimeControl, ui: UiState) -> tuple[Command, ...]:
+def setting_places(board: Board, control: TimeControl, ui: UiState) -> tuple[Command, ...]:
     """Return a command for each setting, and for each former panel, which shows its place."""
     places = [(panel, words) for panel, settings in SETTINGS.items() for words in settings]
     return tuple(
@@ -90,16 +89,16 @@ def setting_places(facts: Facts, control: TimeControl, ui: UiState) -> tuple[Com
             words,
             partial(_open_panel, ui, panel, words),
             menu=f"{panel} tab",
-            barred=partial(_why_not, facts, control, panel, words),
+            barred=partial(_why_not, board, control, panel, words),
             synonyms=(*_FORMER_NAMES.get(panel, ()), *_SYNONYMS.get(words, ())),
         )
         for panel, words in (*places, *((panel, name) for name, panel in FORMER_PANELS.items()))
     )
 
 
-def _why_not(facts: Facts, control: TimeControl, panel: str, words: str) -> str:
+def _why_not(board: Board, control: TimeControl, panel: str, words: str) -> str:
     """Return the reason why a setting of a panel is unavailable; "" if it is not."""
-    if panel == "Source" and words in _SCENE_SETTINGS and not facts.has_camera:
+    if panel == "Source" and words in _SCENE_SETTINGS and not board.facts.has_camera:
         return "Only a scene has this setting, and none is open."
     if panel == "Timeline" and not control.timeline.has_time:
         return "A timeline needs a source with several frames."
@@ -111,13 +110,11 @@ def _open_panel(ui: UiState, panel: str, words: str) -> None:
     show_setting(panel, words)
 
 
-def settings(
-    board: Board, facts: Facts, views: tuple[str, ...], ui: UiState
-) -> tuple[Command, ...]:
+def settings(board: Board, views: tuple[str, ...], ui: UiState) -> tuple[Command, ...]:
     """Return a command for each value that a setting can have; `views` are those of the display."""
 
     def why_barred(method: Method) -> str:
-        return barred_methods(facts.has_many_views).get(str(method), "")
+        return barred_methods(board.facts.has_many_views).get(str(method), "")
 
     def value_action(
         name: str, current: Callable[[], Changeable], field: str = "", **values: object
@@ -127,9 +124,10 @@ def settings(
             f"Set {name}", lambda: board.choose(_with_values(current(), field, values)), menu=_MENU
         )
 
-    lens, blur, view = (lambda: facts.lens), (lambda: facts.shot.defocus), (lambda: facts.view)
+    lens, view = (lambda: board.facts.lens), (lambda: board.facts.view)
+    blur = lambda: board.facts.shot.defocus  # noqa: E731
     peaking_action = partial(
-        value_action, current=lambda: replace(facts.view, is_peaking=True), field="peaking"
+        value_action, current=lambda: replace(board.facts.view, is_peaking=True), field="peaking"
     )
     methods = [(it, value_action(f"method {it}", blur, method=it)) for it in Method]
     squeezes = SQUEEZES.items()

@@ -15,8 +15,8 @@ from heatlens.deliver.farm.export_process import ExportRun, ExportState
 from heatlens.render.display.probe import PictureReader, probe_at, probe_text
 from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.rendered_frames.screen_work import CachedFrame, ScreenWork
+from heatlens.studio.board.board import Board
 from heatlens.studio.board.controls import PictureControl
-from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import rects, theme, widgets
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.texts import fit_text, text_width
@@ -116,12 +116,12 @@ class StatusBar:
 
     def __init__(
         self,
-        facts: Facts,
+        board: Board,
         control: PictureControl,
         ui: UiState,
         cached_screen: ScreenWork,
     ) -> None:
-        self._facts, self._control = facts, control
+        self._board, self._control = board, control
         self._ui, self._cached_screen = ui, cached_screen
         self._reader = PictureReader(control.renderer.ctx)
 
@@ -130,7 +130,7 @@ class StatusBar:
 
         The readout is at the left with the message beside it; export and sides are at the right.
         """
-        facts, control, em = self._facts, self._control, imgui.get_font_size()
+        facts, control, em = self._board.facts, self._control, imgui.get_font_size()
         reference = None if facts.reference is None else facts.reference.path.name
         sides = sides_words(facts.view, control, reference, facts.shown_picture)
         if sides and control.view.is_drawn:
@@ -157,7 +157,7 @@ class StatusBar:
     # the bar stays in it.
     def _draw_left(self, hovered_px: tuple[int, int] | None, end: float) -> None:
         """Draw the readout or a hint, and the message beside it; `end` is the right limit."""
-        message, left_words = self._facts.message, self._left_words(hovered_px)
+        message, left_words = self._board.facts.message, self._left_words(hovered_px)
         em = imgui.get_font_size()
         free_width = end - imgui.get_cursor_pos_x() - em
         gap = 1.5 * em if left_words and message else 0.0
@@ -174,7 +174,7 @@ class StatusBar:
 
     def _left_words(self, hovered_px: tuple[int, int] | None) -> str:
         """Return the file being read, else the readout or a hint; "" if a message replaces it."""
-        facts = self._facts
+        facts = self._board.facts
         if facts.opening:
             return f"Reading {printable(facts.opening)} ..."
         if facts.is_waiting and facts.stream is not None:
@@ -183,7 +183,7 @@ class StatusBar:
 
     def _draw_message(self, width: float) -> None:
         """Draw the message, cut to `width`; a tooltip shows all of it."""
-        message, is_problem = self._facts.message, self._facts.is_problem
+        message, is_problem = self._board.facts.message, self._board.facts.is_problem
         fitted_text = fit_text(message, width)
         imgui.text_colored(theme.colors.bad if is_problem else theme.colors.message, fitted_text)
         rects.note("message")
@@ -198,11 +198,12 @@ class StatusBar:
         """Return a hint about the mouse or the start screen."""
         is_start = self._ui.files.start_choices.is_shown
         hint = "Arrows and Enter, a digit or a click" if is_start else ""
-        return f"{hint or mouse_words(self._facts.has_camera)}.  ? shows the keys."
+        return f"{hint or mouse_words(self._board.facts.has_camera)}.  ? shows the keys."
 
     def _values_at(self, hovered_px: tuple[int, int] | None) -> str:
         """Return the values under the pointer; "" beside the picture, as on its margin."""
-        facts, plate, picture = self._facts, self._facts.plate, self._facts.shown_picture
+        facts = self._board.facts
+        plate, picture = facts.plate, facts.shown_picture
         if plate is None or picture is None or hovered_px is None or facts.plays_cached_frames:
             return ""
         if facts.view.compare is Compare.GRID:

@@ -192,14 +192,8 @@ class Loop:
         is_visible = not self._input.has_waiting
         imgui.new_frame()
         self._screen.typed_keys = self._input.typed_keys
-        self._screen.draw(is_visible)
-        if not is_visible:
-            imgui.end_frame()
-            self._turn.draw_soon()
-            return
-        imgui.render()
-        self._show_frame()
-        is_new = self._turn.end(any(imgui.is_mouse_down(button) for button in range(3)))
+        show = self._show_frame if is_visible else imgui.end_frame
+        is_new = self._screen.make_frame(show, is_visible)
         # Panels show facts of a new picture one frame later, but the next sample of a turning ring
         # is more urgent.
         if is_new and not self._session.lens.ring.is_turning:
@@ -211,13 +205,13 @@ class Loop:
     # background.
     def _show_frame(self) -> None:
         """Bring the frame to the screen, the second window, the pages and the title."""
+        imgui.render()
         self._clear_screen()
         size = glfw.get_framebuffer_size(self._window)
         self._screen.picture.paint(self._ctx.screen, size)
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         glfw.swap_buffers(self._window)
-        self._turn.note_shown()
-        pictures, view = self._screen.picture.pictures, self._session.facts.view
+        pictures, view = self._screen.picture.pictures, self._session.pictures.view.state
         self._ui.has_feed = self._feed.draw(
             self._ui.has_feed, pictures, view, self._ui.has_feed_labels
         )
@@ -245,7 +239,7 @@ class Loop:
         """Set the window title to the name of the open source, once it is shown."""
         session = self._session
         if session.pictures.live.output is not None and session.source.plate is not None:
-            name = session.facts.title
+            name = session.files.documents.window_title
             title = f"{export_title(session.files.exports.run.state)}{name} - heatlens"
             if title != self._title:
                 self._title = title

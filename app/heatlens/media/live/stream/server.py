@@ -76,6 +76,7 @@ class TevServer(Closing):
         self.version = 0  # increases when images change
         self.dropped = 0  # packets that were invalid or did not fit
         self.refused = 0  # requests for a file that must not be read
+        self.left_s: float | None = None  # time of the clock at which the last client left
         self.fault: str | None = None  # a sentence on the last packet that was dropped or refused
         self._on_news = on_news
         self._images = TevImages() if images is None else images
@@ -195,7 +196,7 @@ class TevServer(Closing):
         if len(self._clients) >= MAX_CLIENTS:
             self._disconnect(min(self._clients, key=lambda client: client.last_received_s))
         connection.setblocking(False)
-        client = _Client(connection)
+        client, self.left_s = _Client(connection), None
         self._clients.append(client)
         self._selector.register(connection, selectors.EVENT_READ, client)
 
@@ -293,3 +294,5 @@ class TevServer(Closing):
         self._clients.remove(client)
         self._selector.unregister(client.socket)
         client.socket.close()
+        if not self._clients:
+            self.left_s, self._has_new_fault = time.time(), True

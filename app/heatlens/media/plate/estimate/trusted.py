@@ -22,6 +22,10 @@ _MOST_BYTES = 1_000_000  # of the file of remembered networks
 _question_callbacks: list[Callable[[str], bool]] = []  # at most one: see `set_question`
 
 
+class UnknownNetworkError(InputError):
+    """A shot names a network that the user neither named nor agreed to."""
+
+
 def content_key(path: Path) -> str:
     """Return a key that changes with the content of a network. Raises OSError."""
     return hashlib.blake2b(read_file_bytes(path), digest_size=16).hexdigest()
@@ -51,14 +55,14 @@ def trust(path: str | os.PathLike[str] | None) -> None:
 
 
 def check_trusted(path: Path, key: str) -> None:
-    """Raise InputError for a network that the user neither named nor agreed to."""
+    """Raise UnknownNetworkError for a network that the user neither named nor agreed to."""
     if os.environ.get(_RUN_ALL_VARIABLE) == "1" or key in _read_remembered():
         return
     warning = f"The shot estimates its depth with the network {path}, which runs like a program."
     if _question_callbacks and _question_callbacks[0](f"{warning} Run it?"):
         _remember(key)
         return
-    raise InputError(
+    raise UnknownNetworkError(
         f"{warning} If you know whose it is, give --depth-model {path} once, or --run-networks."
     )
 

@@ -18,7 +18,7 @@ from heatlens.media.documents.shot_file import read_shot
 from heatlens.studio.session.pictures.picture_view import PictureDisplay
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.timeline import Timeline
-from heatlens.studio.settings.export_settings import ExportSettings, proposed_settings
+from heatlens.studio.settings.export_settings import ExportSettings, count_files, proposed_settings
 
 
 class ExportCommands(Commands, Worker):
@@ -40,6 +40,7 @@ class ExportCommands(Commands, Worker):
         self._proposed_source: str | None = (
             None  # the source that folder and name were proposed for
         )
+        self.existing_words = ""  # which files are there already, until the user has answered
         self._reported: ExportState | None = None  # the export whose end was reported
 
     @property
@@ -77,6 +78,21 @@ class ExportCommands(Commands, Worker):
         if settings.place != self.settings.place:
             self._preferences.change(export_place=settings.place)
         self.settings = settings
+
+    def request_export(self) -> None:
+        """Start to export, unless files are there already: then the user is asked first."""
+        count = 0 if self.settings.place.is_job else count_files(self.settings.output)
+        if count:
+            files = "file of this name is" if count == 1 else "files of this name are"
+            self.existing_words = f"{count} {files} in {self.settings.folder} already."
+        else:
+            self.export()
+
+    def answer_existing(self, exports_over: bool) -> None:
+        """Answer the question about files that are there already."""
+        self.existing_words = ""
+        if exports_over:
+            self.export()
 
     def export(self) -> None:
         """Start to export the frames or the movie that is set in the panel."""

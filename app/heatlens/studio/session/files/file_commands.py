@@ -10,7 +10,7 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.sequence.depth_files import pair_picture_with_depth
 from heatlens.media.sequence.folder_walk import ChosenFile
 from heatlens.render.source.opened import Opened
-from heatlens.studio.session.files.depth_question import DepthQuestion
+from heatlens.studio.session.files.open_questions import DepthQuestion, NetworkQuestion
 from heatlens.studio.session.files.open_reel import OpenReel
 from heatlens.studio.session.files.plate_reading import PlateReading
 from heatlens.studio.session.files.shot_documents import ShotDocuments
@@ -45,6 +45,7 @@ class FileCommands(Commands, Worker):
         self._reel = reel
         self.reading = PlateReading(shared)
         self.no_depth = DepthQuestion(shared, self.open)
+        self.unknown_network = NetworkQuestion(shared)
         self.openings = opening_import(shared)
         self.cameras, self.grades = camera_import(shared), grade_import(shared)
         self._write_sheet, self._framing = write_sheet, framing
@@ -162,6 +163,8 @@ class FileCommands(Commands, Worker):
                 self._references.open(frame_path)
             case "depth":
                 self.no_depth.use_file(path)
+            case "media":
+                self._reel.look_in(path.parent)
             case "network":
                 self.no_depth.use_network(path)
             case "behind":

@@ -49,6 +49,7 @@ class OpenReel(Commands, Worker):
         self.reel: Reel | None = None
         self.focus: tuple[CutFocus, ...] = ()  # of each shot, as read or as last left
         self.number = 0  # the number of the open shot
+        self._folders: tuple[Path, ...] = ()  # where media are looked for too
         self._requested_shot: ReelShot | None = None  # the shot that is being opened
         self._unsaved_shots: dict[str, Shot] = {}  # edited shots without a file, by source
         self._clip_grade: Grade | None = None  # the grade of the clip in a shot without a file
@@ -59,8 +60,15 @@ class OpenReel(Commands, Worker):
     def try_open(self, text: str) -> bool:
         """Begin to open `text` if it is a reel or an edit, and return whether it is one."""
         if is_reel(text):
+            self._folders = ()
             self._reader.start(partial(_load_reel, Path(text).expanduser().absolute()))
         return is_reel(text)
+
+    def look_in(self, folder: Path) -> None:
+        """Read the open reel again, and look for missing media in another folder too."""
+        if self.path is not None:
+            self._folders = (*self._folders, folder)
+            self._reader.start(partial(_load_reel, self.path, self._folders))
 
     @property
     def why_not(self) -> str:
@@ -221,9 +229,6 @@ class OpenReel(Commands, Worker):
         if not self._available_numbers:
             raise InputError(f"{loaded.path}: the media of all shots are missing.")
         self.number = self._available_numbers[0]
-        missing_count = len(loaded.reel.missing_shots)
-        if missing_count:
-            self._notify(f"{missing_count} of {len(loaded.reel.shots)} shots have no media here.")
         self._open_shot(loaded.reel.shots[self.number])
 
     def _open_shot(self, shot: ReelShot) -> None:
@@ -242,9 +247,9 @@ class OpenReel(Commands, Worker):
         )
 
 
-def _load_reel(path: Path) -> _LoadedReel:
+def _load_reel(path: Path, folders: tuple[Path, ...] = ()) -> _LoadedReel:
     """Read a reel or an edit, with the focus at both ends of each shot."""
-    reel = read_reel(path, EditOptions())
+    reel = read_reel(path, EditOptions(folders))
     return _LoadedReel(path, reel, tuple(map(_focus_in_file, reel.shots)))
 
 

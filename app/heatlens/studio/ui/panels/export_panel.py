@@ -46,29 +46,25 @@ class PressedButton(StrEnum):
     EXPORT = "export"
     CAMERA = "camera"
     CANCEL = "cancel"
-    AGREE = "agree"
 
 
 def draw_exports(files: FileControl, pictures: PictureControl) -> None:
     """Draw the panel in the current window, and run the command of a pressed button."""
-    exports, cluster = files.exports, pictures.cluster
+    exports = files.exports
     exports.propose()
     settings, pressed = export_panel(
         exports.settings,
         exports.played,
         exports.run.state,
-        cluster.status_text,
+        pictures.cluster.status_text,
         exports.notify,
         exports.usual_quality,
-        cluster.awaits_consent,
     )
     exports.change(settings)
-    if pressed is PressedButton.AGREE:
-        cluster.agree()
-    elif pressed is PressedButton.CANCEL:
+    if pressed is PressedButton.CANCEL:
         exports.run.cancel()
     elif pressed is PressedButton.EXPORT:
-        exports.export()
+        exports.request_export()
     elif pressed is PressedButton.CAMERA:
         exports.write_camera()
 
@@ -80,13 +76,11 @@ def export_panel(
     workers: str = "",
     notify: Callable[[str], None] = lambda _: None,
     default_quality: Quality = Quality.FINAL,
-    awaits_consent: bool = False,
 ) -> tuple[ExportSettings, PressedButton]:
     """Draw the panel; return the settings as the user left them, and the button pressed.
 
     `workers` is a text about the workers of a cluster that render for this window.
-    `default_quality` is used if no quality is chosen here. `awaits_consent` is True while the user
-    has not agreed to the scheduler of the cluster.
+    `default_quality` is used if no quality is chosen here.
     """
     imgui.separator_text("Frames")
     settings, pressed = _folder_rows(settings), PressedButton.NOTHING
@@ -101,11 +95,8 @@ def export_panel(
     imgui.text_disabled(printable(place.job_name(output) if place.is_job else Path(output).name))
     if state is not None and _draw_progress(state):
         pressed = PressedButton.CANCEL
-    place, is_agreed = _farm_rows(place, workers, notify, awaits_consent)
-    settings, pressed = (
-        replace(settings, place=place),
-        PressedButton.AGREE if is_agreed else pressed,
-    )
+    if widgets.folded_header("Farm", _FARM_ROWS, place.where is not Where.HERE):
+        settings = replace(settings, place=_place_rows(place, workers, notify))
     settings, is_camera_pressed = _camera_rows(settings, is_busy)
     return settings, PressedButton.CAMERA if is_camera_pressed else pressed
 
@@ -120,16 +111,6 @@ def _camera_rows(settings: ExportSettings, is_busy: bool) -> tuple[ExportSetting
     imgui.same_line()
     imgui.text_disabled(printable(Path(settings.camera_output).name))
     return settings, is_pressed
-
-
-def _farm_rows(
-    place: ExportPlace, workers: str, notify: Callable[[str], None], awaits_consent: bool
-) -> tuple[ExportPlace, bool]:
-    """Draw the fold of who makes the frames; return the place, and whether the user agreed."""
-    if not widgets.folded_header("Farm", _FARM_ROWS, place.where is not Where.HERE):
-        return place, False
-    place = _place_rows(place, workers, notify)
-    return place, _agree_button(awaits_consent and place.where is Where.CLUSTER)
 
 
 def _place_rows(place: ExportPlace, workers: str, notify: Callable[[str], None]) -> ExportPlace:
@@ -156,19 +137,6 @@ def _cluster_rows(place: ExportPlace, workers: str, notify: Callable[[str], None
         widgets.label("")
         texts.colored_text(workers, theme.colors.dim)
     return replace(place, scheduler=scheduler, ahead=ahead, at_rest=at_rest)
-
-
-def _agree_button(awaits_consent: bool) -> bool:
-    """Draw the button with which the user agrees to a scheduler, while one awaits consent."""
-    if not awaits_consent:
-        return False
-    widgets.label("")
-    is_pressed = widgets.button("Use this scheduler", "agree")
-    texts.tip_above(
-        "It and its workers get the names of your files and send pictures. The window asks again\n"
-        "when another scheduler answers, or this machine is in another network."
-    )
-    return is_pressed
 
 
 def _folder_rows(settings: ExportSettings) -> ExportSettings:

@@ -29,8 +29,8 @@ _MAX_STILLS = 64
 class LookStills:
     """Thumbnails of looks: stored in the looks, or taken while the whole picture shows a look."""
 
-    def __init__(self, facts: Facts, control: PictureControl) -> None:
-        self._facts = facts
+    def __init__(self, board: Board, control: PictureControl) -> None:
+        self._board = board
         self._control = control
         self._ctx = control.renderer.ctx
         self._picture = PictureAlone(self._ctx)
@@ -39,7 +39,7 @@ class LookStills:
     def thumbnail(self, look: Look) -> Texture | None:
         """Return the thumbnail of a look; None if there is none yet."""
         if look.still is None:
-            return self._textures.get((self._facts.shot.source, look.lens, look.frame))
+            return self._textures.get((self._board.facts.shot.source, look.lens, look.frame))
         key = (look.still,)
         if key not in self._textures:
             pixels = pixels_of_still(look.still)
@@ -48,12 +48,12 @@ class LookStills:
 
     def make_still(self, pictures: Pictures | None) -> str | None:
         """Return the present picture as a still for a look; None if another picture shows."""
-        is_comparison = self._facts.view.compare in (Compare.DIFFERENCE, Compare.FLIP)
+        is_comparison = self._board.facts.view.compare in (Compare.DIFFERENCE, Compare.FLIP)
         if (
             pictures is None
             or is_comparison
-            or self._facts.view.a_look
-            or not self._facts.view.depth_of_field
+            or self._board.facts.view.a_look
+            or not self._board.facts.view.depth_of_field
         ):
             return None
         self._draw_thumbnail(pictures)
@@ -68,20 +68,25 @@ class LookStills:
         if (
             pictures is None
             or picture is None
-            or not (picture.is_whole and self._facts.is_live_alone)
+            or not (picture.is_whole and self._board.facts.is_live_alone)
         ):
             return
-        for look in self._facts.shot.looks:
-            is_current_lens = (look.lens, look.frame) == (self._facts.lens, self._facts.frame)
-            is_of_frame = picture.frame == look.frame and picture.shot == self._facts.seen_shot
+        for look in self._board.facts.shot.looks:
+            is_current_lens = (look.lens, look.frame) == (
+                self._board.facts.lens,
+                self._board.facts.frame,
+            )
+            is_of_frame = (
+                picture.frame == look.frame and picture.shot == self._board.facts.seen_shot
+            )
             if is_current_lens and is_of_frame and self.thumbnail(look) is None:
                 self._draw_thumbnail(pictures)
-                key = (self._facts.shot.source, look.lens, look.frame)
+                key = (self._board.facts.shot.source, look.lens, look.frame)
                 self._add(key, self._picture.detach_texture())
 
     def _draw_thumbnail(self, pictures: Pictures) -> None:
         """Draw the picture through the lens, without comparison, as a thumbnail."""
-        plain_view = replace(self._facts.view, compare=Compare.OFF)
+        plain_view = replace(self._board.facts.view, compare=Compare.OFF)
         self._picture.draw(replace(pictures, tiles=()), plain_view, _STILL_PX)
 
     def _add(self, key: tuple[object, ...], texture: Texture | None) -> None:
@@ -99,11 +104,12 @@ class LookStills:
         return self._ctx.texture((width, height), 4, np.ascontiguousarray(rgba[::-1]).data)
 
 
-def looks_panel(facts: Facts, board: Board, control: PictureControl, stills: LookStills) -> None:
+def looks_panel(board: Board, control: PictureControl, stills: LookStills) -> None:
     """Draw the Looks panel in the current window."""
     tip = "Stores focal length, f-stop, focus and film back under a letter (Shift+L)."
     if widgets.button("Keep this look", "keep look", tip):
         board.do("Keep this look")
+    facts = board.facts
     view, looks = facts.view, facts.shot.looks
     is_grid = view.compare is Compare.GRID
     imgui.same_line()

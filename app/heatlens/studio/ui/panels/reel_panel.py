@@ -13,8 +13,8 @@ from heatlens.core.model.units import label_distance
 from heatlens.core.model.view.view import Compare
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.device import Texture
+from heatlens.studio.board.board import Board
 from heatlens.studio.board.controls import FileControl, PictureControl
-from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import rects, texts, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 from heatlens.studio.ui.picture.picture_alone import PictureAlone
@@ -48,8 +48,8 @@ class _Still:
 class ReelStills:
     """Textures of the stills that were visible so far, of one reel at a time."""
 
-    def __init__(self, facts: Facts, control: PictureControl, screen: ScreenPictures) -> None:
-        self._facts, self._control, self._screen = facts, control, screen
+    def __init__(self, board: Board, control: PictureControl, screen: ScreenPictures) -> None:
+        self._board, self._control, self._screen = board, control, screen
         self._picture = PictureAlone(control.renderer.ctx)
         self._reel: Reel | None = None
         self._stills: dict[int, _Still] = {}
@@ -66,8 +66,8 @@ class ReelStills:
                 still.release()
             self._stills, self._reel = {}, reel.reel
         picture = self._control.live.output
-        is_shown = picture is not None and picture.is_whole and self._facts.is_live_alone
-        if pictures is not None and is_shown and self._facts.has_camera and reel.is_open:
+        is_shown = picture is not None and picture.is_whole and self._board.facts.is_live_alone
+        if pictures is not None and is_shown and self._board.facts.has_camera and reel.is_open:
             self._draw_scene_still(reel.number, pictures)
 
     def texture_of(self, files: FileControl, number: int) -> Texture | None:
@@ -78,7 +78,7 @@ class ReelStills:
         if still is None:
             return None
         if still.light is not None and still.look != self._look:
-            self._screen.draw_still(still.texture, still.light, self._facts.view)
+            self._screen.draw_still(still.texture, still.light, self._board.facts.view)
             still.look = self._look
         return still.texture
 
@@ -91,7 +91,7 @@ class ReelStills:
         height, width = pixels.shape[:2]
         ctx = self._control.renderer.ctx
         light = ctx.texture((width, height), 4, pixels[::-1].tobytes(), dtype="f2")
-        texture = self._screen.draw_still(None, light, self._facts.view)
+        texture = self._screen.draw_still(None, light, self._board.facts.view)
         self._stills[number] = still = _Still(light, texture, self._look)
         return still
 
@@ -100,7 +100,7 @@ class ReelStills:
         old_still = self._stills.get(number)
         if old_still is not None and old_still.look == self._look:
             return
-        plain_view = replace(self._facts.view, compare=Compare.OFF)
+        plain_view = replace(self._board.facts.view, compare=Compare.OFF)
         self._picture.draw(replace(pictures, tiles=()), plain_view, _SCENE_STILL_PX)
         if old_still is not None:
             old_still.release()
@@ -108,7 +108,7 @@ class ReelStills:
 
     @property
     def _look(self) -> tuple[object, ...]:
-        view = self._facts.view
+        view = self._board.facts.view
         return view.exposure_stops, view.gamma, self._screen.transform_version
 
 

@@ -1,7 +1,7 @@
-"""Draw texts over the picture: lessons about the gestures, and the notices of a stream.
+"""Draw texts over the picture: lessons about the gestures, and notices about what is open.
 
-The lessons are shown over the sample pictures of heatlens. The notices explain why no picture, or
-not the newest picture, is shown.
+The lessons are shown over the sample pictures of heatlens. The notices tell what is missing in a
+source, and offer answers.
 """
 
 from collections.abc import Sequence
@@ -9,10 +9,14 @@ from collections.abc import Sequence
 from imgui_bundle import ImVec2, ImVec4, imgui
 
 from heatlens.core.base.messages import window_words
+from heatlens.core.base.outside_text import printable
 from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.render.source.stream_source import StreamSource
 from heatlens.studio.board.lessons import Lesson, Lessons
+from heatlens.studio.board.notices import Answer, Notice
 from heatlens.studio.ui import rects, texts, theme, widgets
+from heatlens.studio.ui.answers import answer_buttons
+from heatlens.studio.ui.state import UiState
 
 _WIDTH_EM, _MIN_WIDTH_EM = (
     28.0,
@@ -120,27 +124,37 @@ def draw_waiting(stream: StreamSource) -> None:
         y += height + em
 
 
-class StreamNotice:
-    """A notice over the picture why the latest data is not shown, until the user dismisses it."""
+def draw_notice(ui: UiState, viewport: Viewport, has_keyboard: bool) -> None:
+    """Draw the first notice over the top of the picture, with its answers, and follow one."""
+    notice = ui.files.notices.first
+    if notice is None:
+        return
+    em, (x, y), width = imgui.get_font_size(), viewport.corner, viewport.size[0]
+    imgui.set_cursor_screen_pos(ImVec2(x + 0.5 * em, y + 0.5 * em))
+    imgui.push_style_color(imgui.Col_.child_bg, theme.OVER_PICTURE.shadow)
+    flags = imgui.ChildFlags_.auto_resize_y | imgui.ChildFlags_.always_use_window_padding
+    imgui.begin_child("notice", ImVec2(min(_NOTICE_EM * em, width - em), 0.0), flags)
+    imgui.push_text_wrap_pos(0.0)
+    texts.colored_text(printable(notice.words), theme.OVER_PICTURE.message)
+    imgui.pop_text_wrap_pos()
+    pressed = answer_buttons("notice", [answer.words for answer in notice.answers])
+    if has_keyboard and imgui.is_key_pressed(imgui.Key.enter, False):
+        pressed = pressed or notice.answers[0].words
+    imgui.end_child()
+    imgui.pop_style_color()
+    for answer in notice.answers:
+        if answer.words == pressed:
+            _follow(ui, notice, answer)
 
-    def __init__(self) -> None:
-        self._dismissed = ""
 
-    def draw(self, stream: StreamSource, viewport: Viewport) -> None:
-        """Draw the notice over the top of the picture, if there is one."""
-        refusal = window_words(stream.refusal)
-        if not refusal or refusal == self._dismissed:
-            return
-        em, (x, y), width = imgui.get_font_size(), viewport.corner, viewport.size[0]
-        imgui.set_cursor_screen_pos(ImVec2(x + 0.5 * em, y + 0.5 * em))
-        imgui.push_style_color(imgui.Col_.child_bg, theme.OVER_PICTURE.shadow)
-        flags = imgui.ChildFlags_.auto_resize_y | imgui.ChildFlags_.always_use_window_padding
-        imgui.begin_child("stream notice", ImVec2(min(_NOTICE_EM * em, width - em), 0.0), flags)
-        texts.colored_text(refusal, theme.OVER_PICTURE.message)
-        if widgets.small_button("Dismiss", "stream notice"):
-            self._dismissed = refusal
-        imgui.end_child()
-        imgui.pop_style_color()
+def _follow(ui: UiState, notice: Notice, answer: Answer) -> None:
+    """Follow an answer, which may open a dialog or show a panel."""
+    ui.files.notices.answer(notice, answer)
+    if answer.dialog:
+        ui.dialogs.ask(answer.dialog)
+    if answer.panel:
+        ui.panels[answer.panel] = True
+        imgui.set_window_focus(answer.panel)
 
 
 def _draw_wrapped(text: str, color: ImVec4, corner: ImVec2, width: float) -> None:

@@ -16,8 +16,8 @@ from heatlens.render.display.screen_pictures import MIPMAPS_UNDER, ScreenPicture
 from heatlens.render.gpu.device import Texture
 from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.rendered_frames.screen_work import CachedFrame, ScreenWork
+from heatlens.studio.board.board import Board
 from heatlens.studio.board.controls import PictureControl
-from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import texts
 from heatlens.studio.ui.picture.grid import Pictures, Tile
 
@@ -27,17 +27,18 @@ class SeenPictures:
 
     def __init__(
         self,
-        facts: Facts,
+        board: Board,
         control: PictureControl,
         screen: ScreenPictures,
         cached_screen: ScreenWork,
     ) -> None:
-        self._facts, self._control, self._screen = facts, control, screen
+        self._board, self._control, self._screen = board, control, screen
         self._cached_screen = cached_screen
 
     def collect(self) -> Pictures | None:
         """Return the pictures to show; None while there are none."""
-        facts, sides, lens_picture = self._facts, self._control.sides, self._facts.shown_picture
+        facts, sides = self._board.facts, self._control.sides
+        lens_picture = facts.shown_picture
         if facts.plate is None or lens_picture is None:
             return None
         self._screen.with_mipmaps = self._control.view.zoom < MIPMAPS_UNDER
@@ -77,17 +78,20 @@ class SeenPictures:
 
     def pinhole(self) -> Texture:
         """Return the picture without a lens, as the screen shows it."""
-        loaded, view = self._control.renderer.loaded, self._facts.view
-        return self._screen.b(loaded.color, loaded, view.with_transmission(self._facts.lens))
+        loaded, view = self._control.renderer.loaded, self._board.facts.view
+        return self._screen.b(loaded.color, loaded, view.with_transmission(self._board.facts.lens))
 
     def _plain_view(self) -> ViewState:
         """Return the view, without depth of field while a held key shows the pinhole picture."""
-        view, is_held_off = self._facts.view, self._control.view.is_lens_held_off
+        view, is_held_off = self._board.facts.view, self._control.view.is_lens_held_off
         return replace(view, depth_of_field=view.depth_of_field and not is_held_off)
 
     def _linear_b(self, view: ViewState) -> Texture:
         """Return the scene-linear texture of B."""
-        reference, method_picture = self._facts.reference, self._control.sides.picture_of_b(view)
+        reference, method_picture = (
+            self._board.facts.reference,
+            self._control.sides.picture_of_b(view),
+        )
         texture = None if reference is None else reference.texture
         return picture_of_b(view, self._control.renderer.loaded, texture, method_picture)
 
@@ -112,7 +116,7 @@ class SeenPictures:
         self, picture_a: ShownPicture, lens_picture: ShownPicture, view: ViewState
     ) -> Detail | None:
         """Return the detail of the plate that a smaller picture lacks; None if it lacks none."""
-        is_answering, version = self._control.live.is_answering, self._facts.plate_version
+        is_answering, version = self._control.live.is_answering, self._board.facts.plate_version
         is_of_plate = not (is_answering and lens_picture.plate != version)
         has_no_detail = view.compare is Compare.DIFFERENCE or isinstance(picture_a, CachedFrame)
         if not view.depth_of_field or not is_of_plate or has_no_detail:
@@ -131,16 +135,16 @@ class SeenPictures:
     def _lens_of_a(self, view: ViewState, picture_a: ShownPicture) -> Lens:
         """Return the lens of the picture of A: that of its look, else that of the shot."""
         is_look = self._control.sides.picture_of_a(view) is picture_a
-        look = look_named(self._facts.shot, view.a_look) if is_look else None
-        return self._facts.lens if look is None else look.lens
+        look = look_named(self._board.facts.shot, view.a_look) if is_look else None
+        return self._board.facts.lens if look is None else look.lens
 
     def _lens_of_b(self, view: ViewState) -> Lens:
-        look = look_named(self._facts.shot, view.b_look) if is_look_b(view) else None
-        return self._facts.lens if look is None else look.lens
+        look = look_named(self._board.facts.shot, view.b_look) if is_look_b(view) else None
+        return self._board.facts.lens if look is None else look.lens
 
     def _overlay(self, view: ViewState, lens_picture: ShownPicture) -> Texture | None:
         """Return the overlay over the picture; None if none is shown."""
-        facts = self._facts
+        facts = self._board.facts
         if not view.has_overlay or not facts.has_lens:
             return None
         shot, frame = facts.seen_shot, facts.frame
@@ -151,26 +155,21 @@ class SeenPictures:
 
     def _frame_ratio(self, plate: Plate) -> float:
         """Return the share of a plate's frame in view; 1 for a scene, which is drawn as framed."""
-        if self._facts.has_camera:
+        if self._board.facts.has_camera:
             return 1.0
-        return plate_ratio(self._facts.lens, overscan_ratio(plate))
+        return plate_ratio(self._board.facts.lens, overscan_ratio(plate))
 
     def _grid_tiles(self, view: ViewState, a: Texture, width: int) -> tuple[Tile, ...]:
         """Return the pictures of the grid; nothing if the grid is not shown."""
         if view.compare is not Compare.GRID:
             self._screen.keep_tiles(())
             return ()
-        names = grid_names(view, self._facts.shot)
+        names = grid_names(view, self._board.facts.shot)
         self._screen.keep_tiles(names)
-        looks = [look_named(self._facts.shot, name) for name in names]
+        looks = [look_named(self._board.facts.shot, name) for name in names]
+        now = f"now   {self._lens_words(self._board.facts.lens)}"
         return tuple(
-            Tile(
-                name="",
-                words=f"now   {self._lens_words(self._facts.lens)}",
-                texture=a,
-                is_proxy=a.width != width,
-                is_current_lens=False,
-            )
+            Tile(name="", words=now, texture=a, is_proxy=a.width != width, is_current_lens=False)
             if look is None
             else self._look_tile(look, view, width)
             for look in looks
@@ -181,7 +180,7 @@ class SeenPictures:
         sides = self._control.sides
         picture = sides.picture_of_look(look.name)
         words = f"{look.name}   {self._lens_words(look.lens)}"
-        is_current_lens = self._facts.lens == look.lens
+        is_current_lens = self._board.facts.lens == look.lens
         if picture is None:
             words += "   rendering ..."
         elif sides.is_unfinished(look.name):
@@ -194,5 +193,5 @@ class SeenPictures:
         return Tile(look.name, printable(words), texture, texture.width != width, is_current_lens)
 
     def _lens_words(self, lens: Lens) -> str:
-        distance = texts.measured_label(lens, lens.focus_distance_m, self._facts.view.unit)
+        distance = texts.measured_label(lens, lens.focus_distance_m, self._board.facts.view.unit)
         return f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}  at {distance}"

@@ -1,0 +1,54 @@
+"""Ask the user: a row of answers, and modal questions in the middle of the window."""
+
+from collections.abc import Sequence
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.core.base.outside_text import printable
+from heatlens.studio.ui import topmost, widgets
+
+_WIDTH_EM = 32.0
+_FLAGS = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_resize
+
+
+def ask(key: str, title: str, words: str, answers: Sequence[str], escape: str = "") -> str:
+    """Draw a modal question; return the answer in the frame in which it is given, else "".
+
+    Enter gives the first answer, and Escape gives `escape`, or the last answer. `key` names the
+    question among all others, whatever its title.
+    """
+    name = f"{title}###{key}"
+    if not imgui.is_popup_open(name):
+        imgui.open_popup(name)
+    imgui.set_next_window_size(ImVec2(_WIDTH_EM * imgui.get_font_size(), 0))
+    center = imgui.get_main_viewport().get_center()
+    imgui.set_next_window_pos(center, imgui.Cond_.appearing, ImVec2(0.5, 0.5))
+    is_visible, _ = topmost.begin_modal(name, False, _FLAGS)
+    if not is_visible:
+        return ""
+    topmost.disable_key_navigation()
+    imgui.text_wrapped(printable(words))
+    widgets.spacer()
+    answer = answer_buttons(key, answers)
+    if not answer and imgui.is_key_pressed(imgui.Key.enter, False):
+        answer = answers[0]
+    if not answer and topmost.is_escaped():
+        answer = escape or answers[-1]
+    if answer:
+        imgui.close_current_popup()
+    imgui.end_popup()
+    return answer
+
+
+def answer_buttons(key: str, answers: Sequence[str]) -> str:
+    """Draw a button for each answer, in lines as they fit; return the pressed one, or ""."""
+    style, pressed = imgui.get_style(), ""
+    for index, words in enumerate(answers):
+        if index:
+            imgui.same_line()
+            width = imgui.calc_text_size(words).x + 2 * style.frame_padding.x
+            if width > imgui.get_content_region_avail().x:
+                imgui.new_line()
+        if widgets.button(words, f"{key} {words}"):
+            pressed = words
+    return pressed
