@@ -7,9 +7,11 @@ linearly between frames. Blender has no infinity: a focus at infinity becomes IN
 
 import math
 import pprint
+from dataclasses import fields
 from typing import Any
 
 from heatlens.core.base.paths import data_dir
+from heatlens.core.model.lens.opening_fields import OpeningFields
 from heatlens.media.camera.placement import camera_to_world, euler_deg
 from heatlens.media.camera.samples import OPENING_TRACKS, CameraSamples, finite_m
 
@@ -62,11 +64,13 @@ def _lens_properties(camera: CameraSamples) -> dict[str, object]:
     whatever the camera in Blender had before.
     """
     tracks, image = camera.lens_tracks, camera.aperture_image
-    animated = {
-        path: _constant_or_list(tracks[name])
-        for name, path in _PROPERTIES.items()
-        if name in tracks
-    }
+    # A plain lens leaves no properties of our own on a camera of Blender.
+    plain_values = {field.name: field.default for field in fields(OpeningFields)}
+    animated: dict[str, object] = {}
+    for name in (name for name in _PROPERTIES if name in tracks):
+        value, path = _constant_or_list(tracks[name]), _PROPERTIES[name]
+        is_plain = path.startswith("[") and value == plain_values.get(name)
+        animated[path] = None if is_plain else value
     if camera.f_stop is None and "blades" not in camera.opening:
         return animated
     removed_properties = {path: None for path in _PROPERTIES.values() if path.startswith("[")}
