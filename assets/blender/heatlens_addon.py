@@ -1,14 +1,14 @@
-"""heatlens in Blender: plates for it, a live picture in it, and its lens back on the camera.
+"""heatlens in Blender: plates for it, a live picture in it, and its lens and picture back.
 
-Edit > Preferences > Add-ons > Install from Disk, for Blender 4.2 and later. The panel is in the
+An extension for Blender 4.2 and later, which `heatlens addon build` packs. The panel is in the
 sidebar of the 3D view (N), on the tab "heatlens". Three things, each of which works alone:
 
 Render plate   renders the frame or the range without depth of field, with depth, as multilayer
                OpenEXR; writes the lens of the camera beside it; opens both in heatlens
 Live           sends what the camera sees in the viewport, or passes of Cycles that get finer, to a
                heatlens that listens, with the lens
-Follow         watches the shot that heatlens saves, and gives its focus, f-stop, focal length and
-               keys to the camera
+Follow         watches the shot that heatlens saves, gives its focus, f-stop, focal length and keys
+               to the camera, and shows the blurred picture as the image "heatlens"
 
 One unit of Blender counts as a metre in what heatlens is sent, as Cycles counts it for its lens
 whatever the unit scale of the scene says, so that the picture of heatlens is that of Cycles.
@@ -29,23 +29,14 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, IntProperty, PointerProperty, StringProperty
 
-bl_info = {
-    "name": "heatlens",
-    "author": "the makers of heatlens",
-    "version": (0, 1, 0),
-    "blender": (4, 2, 0),
-    "location": "3D View > Sidebar > heatlens",
-    "description": "Plates and a live picture for heatlens, and its lens back on the camera",
-    "category": "Render",
-}
-
 # What heatlens takes.
 SQUEEZE_LEAST, SQUEEZE_MOST = 1.0, 2.0
 BLADES_MOST = 16
 SKY_M = 1e10  # what Cycles writes where nothing is hit
 LIVE_SAMPLES = (1, 4, 16, 64)  # of the passes of Cycles, each of them a whole picture
 LIVE_IMAGE, LENS_IMAGE = "Blender", "heatlens.lens"
-WATCH_S = 0.5
+WATCH_S, WATCH_BUSY_S = 0.5, 0.1  # between two looks at the shot, and while heatlens is at work
+PICTURE = "heatlens"  # the image, and the node group that shows it
 SHOT_SUFFIX = ".heatlens.json"
 
 
@@ -181,7 +172,8 @@ def plate_settings(scene, view_layer, path, samples):
     render, image = scene.render, scene.render.image_settings
     # From Blender 5.0 on the kind of media comes before the format.
     media = [(image, "media_type", "MULTI_LAYER_IMAGE")] if hasattr(image, "media_type") else []
-    is_cycles = samples is not None and render.engine == "CYCLES"
+    is_cycles = render.engine == "CYCLES"
+    is_denoised = is_cycles and samples is None and scene.heatlens.denoise
     return [
         *media,
         (image, "file_format", "OPEN_EXR_MULTILAYER"),
@@ -195,7 +187,8 @@ def plate_settings(scene, view_layer, path, samples):
         (render, "use_file_extension", True),
         (render, "use_overwrite", True),
         (render, "filepath", path),
-        *([(scene.cycles, "samples", samples)] if is_cycles else []),
+        *([(scene.cycles, "samples", samples)] if is_cycles and samples is not None else []),
+        *([(scene.cycles, "use_denoising", True)] if is_denoised else []),
     ]
 
 
@@ -224,8 +217,12 @@ def shot_path(scene):
 
 def command(*words):
     """Return the command line of heatlens as the preferences name it."""
-    entry = bpy.context.preferences.addons.get(__name__)
-    own = entry.preferences.command if entry is not None else os.environ.get("HEATLENS", "heatlens")
+    entry = bpy.context.preferences.addons.get(__package__)
+    named = entry.preferences.command if entry is not None else ""
+    own = named or os.environ.get("HEATLENS", "heatlens")
+    for program in ("bin/heatlens", "Scripts/heatlens.exe", "heatlens", "heatlens.exe"):
+        if named and (Path(named) / program).is_file():  # a folder with an environment or program
+            return [str(Path(named) / program), *map(str, words)]
     return [*shlex.split(own, posix=os.name != "nt"), *map(str, words)]
 
 
@@ -253,8 +250,8 @@ def ran(*words):
 
 
 NOT_FOUND = (
-    "heatlens was not found. Its command is set in the preferences of this add-on, for example "
-    "/home/me/heatlens/.venv/bin/heatlens."
+    "heatlens was not found. Name it in the preferences of this add-on: the folder of its Python "
+    "environment, such as /home/me/heatlens/.venv, or a command."
 )
 
 
@@ -376,7 +373,7 @@ def open_plate(scene, frames):
 _PLATE = PlateRender()
 
 
-# ---- bring the lens back -------------------------------------------------------------------------
+# ---- bring the lens and the picture back ---------------------------------------------------------
 
 
 class Follower:
@@ -387,6 +384,12 @@ class Follower:
         self._known = {}  # path of a shot -> when it was written, as it was taken over last
         self._process = None
         self._script = None
+        self._picture = BlurredPicture()
+
+    @property
+    def is_busy(self):
+        """Return whether heatlens is at work on a saved shot."""
+        return self._process is not None or self._picture.is_busy
 
     def know(self, shot):
         """Note a shot as it is now: its lens is that of Blender, so there is nothing to take."""
@@ -394,6 +397,8 @@ class Follower:
 
     def poll(self, scene):
         """Take a step: notice a saved shot, or take over what heatlens has made of it."""
+        if message := self._picture.poll():
+            self.message = message
         if self._process is not None:
             if self._process.poll() is not None:
                 self._take(scene)
@@ -408,6 +413,8 @@ class Follower:
         if self._known.setdefault(str(shot), written) != written:
             self._known[str(shot)] = written
             self.ask(scene, shot)
+            if scene.heatlens.picture_back:
+                self._picture.ask(scene, shot)
 
     def ask(self, scene, shot):
         """Have heatlens write the lens of the shot as a script for Blender."""
@@ -456,6 +463,118 @@ def apply_lens(scene, script):
             bpy.ops.ed.undo_push(message="Lens from heatlens")
 
 
+class BlurredPicture:
+    """The frame of the shot as heatlens renders it, in the image "heatlens"."""
+
+    def __init__(self):
+        self._process = None
+        self._file = None
+
+    @property
+    def is_busy(self):
+        """Return whether heatlens renders."""
+        return self._process is not None
+
+    def ask(self, scene, shot):
+        """Begin to render; an older picture that is still being rendered is given up."""
+        if self._process is not None:
+            self._process.terminate()
+        self._file = Path(shot).with_name(f"{plate_name(scene)}.blurred.exr")
+        try:
+            self._process = started(*picture_words(scene, shot), "-o", self._file)
+        except (OSError, ValueError):  # the lens is asked for with the same words, and tells
+            self._process = None
+
+    def poll(self):
+        """Take the picture over if it is done. Return what went wrong, or ""."""
+        if self._process is None or self._process.poll() is None:
+            return ""
+        process, self._process = self._process, None
+        said = process.stdout.read().strip()
+        if process.returncode != 0:
+            return said.splitlines()[-1] if said else "heatlens could not render its picture."
+        show_picture(self._file)
+        return ""
+
+
+def picture_words(scene, shot):
+    """Return the words of heatlens that render one frame of a shot.
+
+    It is the frame of the timeline, or that of the plate where there is only one. A shot that
+    names no quality is rendered as heatlens shows it, and not as carefully as it would be exported.
+    """
+    entries = json.loads(Path(shot).read_text(encoding="utf-8"))
+    number = entries["source"].split(".")[-2]
+    frame = int(number) if number.isdigit() else scene.frame_current
+    is_named = "quality" in entries.get("defocus", {})
+    return ["export", shot, "--frames", frame, *([] if is_named else ["--quality", "film"])]
+
+
+def show_picture(file):
+    """Read a file into the image "heatlens", which whoever uses it then shows."""
+    image = bpy.data.images.get(PICTURE)
+    if image is None:
+        image = bpy.data.images.load(str(file))
+        image.name = PICTURE
+    image.filepath = str(file)
+    image.reload()
+    group = bpy.data.node_groups.get(PICTURE)
+    for node in group.nodes if group is not None else ():
+        if node.bl_idname == "CompositorNodeImage":
+            node.image = image
+
+
+def picture_group():
+    """Return the node group of the compositor that shows the picture; make it if it is missing."""
+    group = bpy.data.node_groups.get(PICTURE)
+    if group is not None:
+        return group
+    group = bpy.data.node_groups.new(PICTURE, "CompositorNodeTree")
+    group.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+    source, result = (group.nodes.new(kind) for kind in ("CompositorNodeImage", "NodeGroupOutput"))
+    source.image = bpy.data.images.get(PICTURE)
+    result.location.x = 300
+    group.links.new(source.outputs[0], result.inputs[0])
+    return group
+
+
+def compositor_of(scene):
+    """Return the nodes of the scene's compositor and the input of its result; make a missing one.
+
+    From Blender 5.0 on the compositor is a node group, before it belonged to the scene.
+    """
+    if hasattr(scene, "compositing_node_group"):
+        tree = scene.compositing_node_group
+        if tree is None:
+            tree = bpy.data.node_groups.new("Compositing", "CompositorNodeTree")
+            tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+            scene.compositing_node_group = tree
+        kind = "NodeGroupOutput"
+    else:
+        if not scene.use_nodes:
+            scene.use_nodes = True
+            scene.node_tree.nodes.clear()
+        tree, kind = scene.node_tree, "CompositorNodeComposite"
+    results = [node for node in tree.nodes if node.bl_idname == kind]
+    return tree, (results[0] if results else tree.nodes.new(kind)).inputs[0]
+
+
+class HEATLENS_OT_show_in_compositor(bpy.types.Operator):
+    """Add a node with the picture of heatlens to the compositor; what is linked there stays"""
+
+    bl_idname = "heatlens.show_in_compositor"
+    bl_label = "Picture in the Compositor"
+
+    def execute(self, context):
+        """Add the node, and make it the result where there is none yet."""
+        tree, result = compositor_of(context.scene)
+        node = tree.nodes.new("CompositorNodeGroup")
+        node.node_tree, node.location.x = picture_group(), -300
+        if not result.is_linked:
+            tree.links.new(node.outputs[0], result)
+        return {"FINISHED"}
+
+
 _FOLLOW = Follower()
 
 
@@ -463,7 +582,7 @@ def watch():
     """Look after the shot of the scene in the window; Blender calls this again and again."""
     if bpy.context.scene is not None:
         _FOLLOW.poll(bpy.context.scene)
-    return WATCH_S
+    return WATCH_BUSY_S if _FOLLOW.is_busy else WATCH_S
 
 
 # ---- live: the protocol of the viewer tev --------------------------------------------------------
@@ -754,6 +873,15 @@ class HeatlensSettings(bpy.types.PropertyGroup):
         description="Give the camera the lens of the shot whenever heatlens saves it",
         default=True,
     )
+    picture_back: BoolProperty(
+        name="Bring the Picture Back",
+        description='Render the shot whenever heatlens saves it, into the image "heatlens"',
+        default=True,
+    )
+    denoise: BoolProperty(
+        name="Denoise",
+        description="Denoise the colour of the plate, whatever the scene says; depth has no noise",
+    )
     port: IntProperty(
         name="Port", description="Where heatlens listens", default=14158, min=1, max=65535
     )
@@ -762,10 +890,12 @@ class HeatlensSettings(bpy.types.PropertyGroup):
 class HeatlensPreferences(bpy.types.AddonPreferences):
     """Where heatlens is."""
 
-    bl_idname = __name__
+    bl_idname = __package__
 
     command: StringProperty(
-        name="heatlens", description="The command that starts heatlens", default="heatlens"
+        name="heatlens",
+        description="The folder of heatlens or of its Python environment, or the command that "
+        "starts it; empty: heatlens on the PATH",
     )
 
     def draw(self, context):
@@ -789,6 +919,7 @@ class HEATLENS_PT_panel(bpy.types.Panel):
         row = layout.row(align=True)
         row.operator("heatlens.render_plate", text="Frame").animation = False
         row.operator("heatlens.render_plate", text="Range").animation = True
+        layout.prop(settings, "denoise")
         layout.prop(settings, "new_shot")
         layout.prop(settings, "open_window")
         layout.separator()
@@ -798,6 +929,8 @@ class HEATLENS_PT_panel(bpy.types.Panel):
         layout.operator("heatlens.live_cycles")
         layout.separator()
         layout.prop(settings, "follow")
+        layout.prop(settings, "picture_back")
+        layout.operator("heatlens.show_in_compositor")
         if _FOLLOW.message:
             for line in _lines(_FOLLOW.message):
                 layout.label(text=line)
@@ -819,6 +952,7 @@ CLASSES = (
     HEATLENS_OT_render_plate,
     HEATLENS_OT_live_cycles,
     HEATLENS_OT_live_viewport,
+    HEATLENS_OT_show_in_compositor,
     HEATLENS_PT_panel,
 )
 
@@ -839,7 +973,3 @@ def unregister():
     del bpy.types.Scene.heatlens
     for one in reversed(CLASSES):
         bpy.utils.unregister_class(one)
-
-
-if __name__ == "__main__":
-    register()

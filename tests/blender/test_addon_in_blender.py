@@ -5,29 +5,30 @@ import math
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from heatlens.core.base.paths import data_dir
+import heatlens
 from heatlens.core.model.lens.lens import LensModel
+from heatlens.fronts.commands.main import main
 from heatlens.media.camera.camera_file import read_camera
 from heatlens.media.documents.shot_file import read_shot
+from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.media.plate.read import read_plate
 from support.blender import PYTHON
 from support.tev_peers import serving, settle
 
-ADDON = data_dir("assets") / "blender" / "heatlens_addon.py"
 PROBE = """
-import bpy, importlib.util, json, os, sys, time
+import bpy, json, os, sys, time
 from pathlib import Path
 
-addon, folder, port = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3])
-spec = importlib.util.spec_from_file_location("heatlens_addon", addon)
-module = importlib.util.module_from_spec(spec)
-sys.modules["heatlens_addon"] = module
-spec.loader.exec_module(module)
-module.register()
+extension, folder, port = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3])
+bpy.ops.extensions.package_install_files(
+    filepath=extension, repo="user_default", enable_on_install=True
+)
+module = sys.modules["bl_ext.user_default.heatlens"]
 scene, render = bpy.context.scene, bpy.context.scene.render
 scene.heatlens.folder, scene.heatlens.port = str(folder), port
 data = scene.camera.data
@@ -72,27 +73,65 @@ for _ in range(600):
 facts["lens"] = [data.lens, data.dof.aperture_fstop, data.dof.focus_distance]
 facts["opening"] = [dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio]
 facts["own"] = sorted(data.keys())
+while module._FOLLOW.is_busy:
+    module._FOLLOW.poll(scene)
+    time.sleep(0.1)
+image = bpy.data.images["heatlens"]
+facts["picture"], facts["size"] = list(image.pixels), list(image.size)
+bpy.ops.heatlens.show_in_compositor()
+render.use_compositing, render.filepath = True, str(folder.parent / "composited.exr")
+if hasattr(render.image_settings, "media_type"):
+    render.image_settings.media_type = "IMAGE"
+render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"
+bpy.ops.render.render(write_still=True)
 scene.heatlens.folder += "_left_out"
 dof.aperture_ratio, dof.aperture_blades = 0.7, 40
 bpy.ops.heatlens.render_plate()
 facts["left_out"] = module._FOLLOW.message
 facts["camera"] = scene.camera.data.name == data.name
 facts["followed"] = module._FOLLOW.message
-module.unregister()
+bpy.ops.preferences.addon_disable(module="bl_ext.user_default.heatlens")
 print("FACTS" + json.dumps(facts))
 """
+
+
+def rgb_of(path) -> np.ndarray:
+    planes = read_parts(path)[0][1]
+    return np.stack([planes[name] for name in "RGB"], axis=-1).astype(np.float32)
+
 
 pytestmark = pytest.mark.skipif(not PYTHON, reason="HEATLENS_BPY_PYTHON names no Python with bpy")
 
 
-def test_addon_renders_plate_sends_live_picture_and_reads_lens_back(tmp_path):
+@pytest.fixture
+def extension_file(tmp_path):
+    path = tmp_path / "heatlens.zip"
+    assert main(["addon", "build", "-o", str(path)]) == 0
+    return path
+
+
+def test_extension_is_valid_for_blenders_own_check(extension_file):
+    code = "import bpy; print(bpy.utils.system_resource('SCRIPTS'))"
+    run = subprocess.run([PYTHON, "-c", code], capture_output=True, text=True, check=True)
+    folder = Path(run.stdout.splitlines()[-1])
+    (check,) = folder.rglob("bl_pkg/cli/blender_ext.py")
+    words = [PYTHON, str(check), "validate", str(extension_file)]
+    run = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
+def test_addon_renders_plate_sends_live_picture_and_reads_lens_back(tmp_path, extension_file):
     (tmp_path / "probe.py").write_text(PROBE)
     folder = tmp_path / "plates"
     with serving() as server:
-        words = [PYTHON, tmp_path / "probe.py", ADDON, folder, server.address[1]]
+        words = [PYTHON, tmp_path / "probe.py", extension_file, folder, server.address[1]]
         process = subprocess.run(
             list(map(str, words)),
-            env=os.environ | {"HEATLENS": f"{sys.executable} -m heatlens"},
+            env=os.environ
+            | {
+                "HEATLENS": f"{sys.executable} -m heatlens",
+                "BLENDER_USER_RESOURCES": str(tmp_path / "blender"),
+            },
             capture_output=True,
             text=True,
             check=False,
@@ -126,6 +165,13 @@ def test_addon_renders_plate_sends_live_picture_and_reads_lens_back(tmp_path):
     assert aperture_values == pytest.approx([5, corner_deg, 1.5], abs=1e-4)
     # The shot that came back is round, so the camera is, and has no rim of an earlier shot.
     assert (facts["opening"], facts["own"]) == ([0, 0, 1], [])
+    # The picture that came back is the one of `heatlens render`, in the compositor too.
+    assert facts["size"] == [48, 27]
+    picture = np.array(facts["picture"]).reshape(27, 48, 4)[::-1, :, :3]
+    rendered = heatlens.open(next(folder.glob("*.heatlens.json"))).render()[..., :3]
+    np.testing.assert_allclose(picture, rendered, rtol=1e-3, atol=1e-5)  # the file is half float
+    composited = rgb_of(tmp_path / "composited.exr")
+    np.testing.assert_allclose(composited, rendered, rtol=1e-3, atol=1e-5)
     assert "ratio 0.7" in facts["left_out"] and "40 blades" in facts["left_out"]
     second_lens = read_shot(next(folder.with_name("plates_left_out").glob("*.heatlens.json"))).lens
     assert (second_lens.blades, second_lens.squeeze) == (0, 1.0)

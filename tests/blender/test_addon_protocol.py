@@ -2,6 +2,8 @@
 
 import importlib.util
 import sys
+import tomllib
+import zipfile
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
@@ -9,7 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import heatlens
 from heatlens.core.base.paths import data_dir
+from heatlens.fronts.commands.main import main
 from heatlens.media.live.stream.protocol import CreateImage, PacketStream, ReadFile, parse_message
 from heatlens.media.live.stream.received_plate import LENS_IMAGE
 
@@ -100,3 +104,37 @@ def test_sensor_mm_is_visible_part_of_sensor(addon, fit, size, sensor):
         resolution_x=across, resolution_y=down, pixel_aspect_x=1.0, pixel_aspect_y=1.0
     )
     assert addon.sensor_mm(data, render) == pytest.approx(sensor)
+
+
+def test_addon_build_writes_same_extension_each_time(tmp_path, capsys):
+    files = [tmp_path / "a.zip", tmp_path / "b.zip"]
+    assert [main(["addon", "build", "-o", str(file)]) for file in files] == [0, 0]
+    assert files[0].read_bytes() == files[1].read_bytes()
+    with zipfile.ZipFile(files[0]) as archive:
+        assert set(archive.namelist()) == {"__init__.py", "blender_manifest.toml"}
+        manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())
+        compile(archive.read("__init__.py"), "__init__.py", "exec")
+    assert manifest["version"] == heatlens.__version__ and manifest["license"] == ["SPDX:MIT"]
+    texts = [manifest["tagline"], *manifest["permissions"].values()]
+    assert all(len(text) <= 64 and text[-1].isalnum() for text in texts)  # Blender's rule
+
+
+def test_addon_build_refuses_other_names(tmp_path, capsys):
+    assert main(["addon", "build", "-o", str(tmp_path / "a.py")]) == 2
+    assert ".zip" in capsys.readouterr().err
+
+
+def test_command_takes_program_from_named_folder(addon, tmp_path, monkeypatch):
+    """The preferences name a command, an environment, or the folder without Python."""
+    addons = {addon.__package__: SimpleNamespace(preferences=SimpleNamespace(command=""))}
+    context = SimpleNamespace(preferences=SimpleNamespace(addons=addons))
+    monkeypatch.setattr(addon.bpy, "context", context, raising=False)
+    preferences = addons[addon.__package__].preferences
+    monkeypatch.delenv("HEATLENS", raising=False)
+    assert addon.command("info") == ["heatlens", "info"]
+    preferences.command = "python3 -m heatlens"
+    assert addon.command("info") == ["python3", "-m", "heatlens", "info"]
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "heatlens").touch()
+    preferences.command = str(tmp_path)
+    assert addon.command("info") == [str(tmp_path / "bin" / "heatlens"), "info"]

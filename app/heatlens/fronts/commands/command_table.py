@@ -42,6 +42,7 @@ COMMANDS = {
     "serve": Command("share a picture with tablets and browsers, without a window"),
     "kits": Command("list the lens kits"),
     "doctor": Command("check that everything works on this machine"),
+    "addon": Command("write the add-on for Blender as a file to install"),
     "worker": Command("make frames for exports on other machines"),
 }
 
