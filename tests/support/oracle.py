@@ -24,52 +24,52 @@ def compact_weights(conductance: Array, kernel: Kernel) -> Array:
 
 
 def laplacian(weights: Array, x: Array) -> Array:
-    """Return L x along the first axis; weights (n - 1, ...)."""
-    flow = weights[..., None] * np.diff(x, axis=0)
-    zero = np.zeros((1, *flow.shape[1:]))
-    return np.concatenate([zero, flow]) - np.concatenate([flow, zero])
+    """Return L x along each line: weights (lines, n - 1), x (lines, n, channels)."""
+    flow = weights[..., None] * np.diff(x, axis=1)
+    zero = np.zeros((len(x), 1, x.shape[2]))
+    return np.concatenate([zero, flow], axis=1) - np.concatenate([flow, zero], axis=1)
 
 
 def repeated_heat(flow: Complex) -> Complex:
     """Return the effective heat capacity of a border pixel that is repeated infinitely often.
 
-    `flow` is the conductance between two such pixels; pixels are added until nothing changes.
+    `flow` is the conductance between two such pixels. One more pixel changes nothing, so that the
+    heat h is f (1 + h) / (1 + f + h), or h^2 + h = f.
     """
-    heat = np.zeros_like(flow)
-    for _ in range(100_000):
-        previous_heat, heat = heat, flow * (1.0 + heat) / (1.0 + flow + heat)
-        if np.all(np.abs(heat - previous_heat) <= 1e-13 * np.abs(heat)):
-            break
-    return heat
+    return (np.sqrt(1.0 + 4.0 * flow) - 1.0) / 2.0
 
 
 @dataclass(frozen=True)
 class Ends:
-    """The pixels beyond the two ends of a line: heat capacities (2,) and values (2, channels)."""
+    """The pixels beyond both ends of each line.
+
+    They have heat capacities (lines, 2) and values (lines, 2, channels).
+    """
 
     heats: Complex
     values: Complex
 
 
-def solve_line(flow: Complex, x: Complex, ends: Ends | None = None) -> Complex:
-    """Return (1 + L)^-1 x along one line with complex conductances flow (n - 1,).
+def solve_lines(flow: Complex, x: Complex, ends: Ends | None = None) -> Complex:
+    """Return (1 + L)^-1 x along each line with complex conductances flow (lines, n - 1).
 
-    X (n, channels).
+    X is (lines, n, channels). The lines are one banded system, in which nothing flows from a line
+    to the next.
     """
-    n = len(x)
-    heat, right_side = np.ones(n, np.complex128), x.astype(np.complex128)
+    lines, n, channels = x.shape
+    heat, right_side = np.ones((lines, n), np.complex128), x.astype(np.complex128)
     if ends is not None:
-        for i, extra_heat, value in zip((0, n - 1), ends.heats, ends.values, strict=True):
-            heat[i] += extra_heat
-            right_side[i] += extra_heat * value
-    if n == 1:
-        return right_side / heat[:, None]
-    flow = np.concatenate([[0.0], flow, [0.0]])
-    bands = np.zeros((3, n), np.complex128)
-    bands[0, 1:] = -flow[1:n]
-    bands[1] = heat + flow[:n] + flow[1 : n + 1]
-    bands[2, : n - 1] = -flow[1:n]
-    return solve_banded((1, 1), bands, right_side)
+        for i, end in enumerate((0, n - 1)):
+            heat[:, end] += ends.heats[:, i]
+            right_side[:, end] += ends.heats[:, i, None] * ends.values[:, i]
+    from_previous = np.pad(flow, ((0, 0), (1, 0)))
+    to_next = np.pad(flow, ((0, 0), (0, 1)))
+    diagonal = (heat + from_previous + to_next).ravel()
+    bands = np.stack([-from_previous.ravel(), diagonal, -to_next.ravel()])
+    if lines * n == 1:
+        return right_side / heat[..., None]
+    solved = solve_banded((1, 1), bands, right_side.reshape(lines * n, channels))
+    return solved.reshape(x.shape)
 
 
 def blur(
@@ -111,13 +111,5 @@ def _solve_lines(
 
     joined = conductances(diameter)
     heats = repeats_border * repeated_heat(flow(diameter[:, [0, -1]] ** 2))
-    smoothed = [
-        line - laplacian(weights, line)
-        for line, weights in zip(x, compact_weights(joined, kernel), strict=True)
-    ]
-    return np.stack(
-        [
-            solve_line(flows, line, Ends(heat, raw[[0, -1]]))
-            for flows, line, heat, raw in zip(flow(joined), smoothed, heats, x, strict=True)
-        ]
-    )
+    smoothed = x - laplacian(compact_weights(joined, kernel), x)
+    return solve_lines(flow(joined), smoothed, Ends(heats, x[:, [0, -1]]))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from heatlens.render.defocus.kernels import Kernel, gaussian_kernel, named_kernel, rim_kernel
-from support.oracle import compact_weights, conductances, solve_line
+from support.oracle import compact_weights, conductances, repeated_heat, solve_lines
 
 NAMES = ["heat", "disc_2", "disc_3", "disc_4", "disc_5"]
 
@@ -51,8 +51,19 @@ def check_inverses(kernel: Kernel, rng: np.random.Generator, trials: int) -> Non
         for kappa in kernel.poles:
             flow = kappa * conductance - compact_weights(conductance, kernel)
             unit = np.eye(n, dtype=np.complex128)
-            inverse = solve_line(flow, unit)
+            inverse = solve_lines(flow[None], unit[None])[0]
             assert np.linalg.norm(inverse, 2) < 8.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_repeated_border_pixel_has_the_heat_of_many_pixels(name: str) -> None:
+    diameters = np.array([0.5, 3.0, 20.0])
+    for kappa in named_kernel(name).poles:
+        flow = kappa * diameters**2
+        heat = np.zeros_like(flow)
+        for _ in range(2000):
+            heat = flow * (1.0 + heat) / (1.0 + flow + heat)
+        np.testing.assert_allclose(repeated_heat(flow), heat, rtol=1e-12)
 
 
 def test_real_kernels_are_solved_in_real_arithmetic() -> None:
