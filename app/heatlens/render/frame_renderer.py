@@ -75,7 +75,7 @@ class FrameRenderer:
 
     @property
     def has_many_views(self) -> bool:
-        """Return True if the source can be seen from many points of the lens."""
+        """True if the source can be seen from many points of the lens."""
         return self._source.has_many_views
 
     def size(self, shot: Shot) -> tuple[int, int]:

@@ -45,7 +45,7 @@ class DepthConvention(StrEnum):
 
     @property
     def facts(self) -> DepthFacts:
-        """Return what is known of the convention."""
+        """What is known of the convention."""
         match self:
             case DepthConvention.AUTO:
                 words = "a guess, with its reason"
@@ -84,7 +84,7 @@ class DepthKind(StrEnum):
 
     @property
     def label(self) -> str:
-        """Return words for a menu."""
+        """Words for a menu."""
         match self:
             case DepthKind.AUTO:
                 return "guessed"

@@ -26,7 +26,7 @@ class Timecode:
 
     @property
     def is_possible(self) -> bool:
-        """Return True if a clock can show it."""
+        """True if a clock can show it."""
         sixties = (self.minutes, self.seconds)
         is_time = 0 <= self.hours < 24 and all(0 <= value < 60 for value in sixties)
         return is_time and 0 <= self.frames < 100

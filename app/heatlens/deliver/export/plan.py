@@ -69,17 +69,17 @@ class ExportPlan:
 
     @property
     def makes_movie(self) -> bool:
-        """Return True if all frames go into one file."""
+        """True if all frames go into one file."""
         return self.job.output.is_movie and not self.is_part
 
     @property
     def folder(self) -> Path:
-        """Return the folder that the files are written to."""
+        """The folder that the files are written to."""
         return self.frames[0].path.parent
 
     @property
     def movie_fingerprint(self) -> str:
-        """Return the fingerprint of a movie of all frames."""
+        """The fingerprint of a movie of all frames."""
         rate = self.job.shot.frames_per_second
         return fingerprint_of_movie([frame.fingerprint for frame in self.frames], rate)
 

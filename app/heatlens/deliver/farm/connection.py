@@ -46,7 +46,7 @@ class SchedulerIdentity:
 
     @property
     def text(self) -> str:
-        """Return the scheduler's ID and own address as one text, for `check_for_scheduler`."""
+        """The scheduler's ID and own address as one text, for `check_for_scheduler`."""
         return f"{self.name}@{self.own_host}"
 
 

@@ -37,12 +37,12 @@ class ExportPlace:
 
     @property
     def is_job(self) -> bool:
-        """Return True if a job is written instead of the frames."""
+        """True if a job is written instead of the frames."""
         return self.where in (Where.SLURM, Where.BUNDLE)
 
     @property
     def needs_shot_beside(self) -> bool:
-        """Return True if other machines read the shot, which then lies beside the frames."""
+        """True if other machines read the shot, which then lies beside the frames."""
         return self.where is not Where.HERE
 
     def words(self, output: str) -> tuple[str, ...]:

@@ -61,7 +61,7 @@ class ExportState:
 
     @property
     def is_stopped(self) -> bool:
-        """Return True if it was stopped before its end: here, or by a signal from outside.
+        """True if it was stopped before its end: here, or by a signal from outside.
 
         The exit code alone does not tell: a process that is ended on Windows has that of a failure.
         """
@@ -89,7 +89,7 @@ class ExportRun:
 
     @property
     def is_busy(self) -> bool:
-        """Return True while a process runs."""
+        """True while a process runs."""
         return self.state is not None and self.state.code is None
 
     def export(self, shot: Shot, output: str, job: str = "", place: ExportPlace = HERE) -> None:
@@ -118,7 +118,7 @@ class ExportRun:
 
     @property
     def can_be_left(self) -> bool:
-        """Return True if a cluster makes the frames, and would go on without the process."""
+        """True if a cluster makes the frames, and would go on without the process."""
         is_on_cluster = self._place.where is Where.CLUSTER and DETACH_SIGNAL is not None
         is_cancelled = self.state is not None and self.state.is_cancelled
         return self.is_busy and is_on_cluster and not is_cancelled

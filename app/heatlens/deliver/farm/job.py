@@ -119,12 +119,12 @@ class MeasuredCost:
 
     @property
     def memory_gib(self) -> int:
-        """Return the memory that a task should ask for."""
+        """The memory that a task should ask for."""
         return math.ceil(_HEADROOM * self.memory_bytes / _GIB)
 
     @property
     def frames_of_a_task(self) -> int:
-        """Return how many frames take about a minute."""
+        """How many frames take about a minute."""
         return max(1, int((_TASK_S - self.start_s) / max(self.frame_s, 1e-3)))
 
 

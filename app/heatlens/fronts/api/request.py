@@ -42,7 +42,7 @@ class RenderRequest:
 
     @property
     def changes_lens(self) -> bool:
-        """Return whether the lens differs from that of the source."""
+        """Whether the lens differs from that of the source."""
         return bool(self.lens_fields) or self.focus_at is not None
 
     def lens(self, plate: Plate, shot_values: Mapping[str, Any] = MappingProxyType({})) -> Lens:

@@ -123,7 +123,7 @@ class CameraSamples:
 
     @property
     def has_opening(self) -> bool:
-        """Return whether the opening is described; omitted values are as in a plain lens."""
+        """Whether the opening is described; omitted values are as in a plain lens."""
         return bool(self.opening) or self.aperture_image is not None
 
     @property

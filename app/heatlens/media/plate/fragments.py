@@ -89,7 +89,7 @@ def pack_starts(counts: NDArray[np.int64], has_front: NDArray[np.bool_]) -> NDAr
 
 
 def unpack_starts(starts: NDArray[np.uint32]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return `begins` (n + 1,) and `has_front` (n,) from the packed starts of n pixels in a row."""
+    """Return `begins` (n + 1,) and `has_front` (n,), the lowest bit, from packed starts."""
     return (starts >> 1).astype(np.int64), (starts[:-1] & 1).astype(bool)
 
 

@@ -33,7 +33,7 @@ class MapPlace:
 
     @property
     def is_wrapped(self) -> bool:
-        """Return whether the picture is not simply repeated beyond its borders."""
+        """Whether the picture is not simply repeated beyond its borders."""
         return self.wraps != (Wrap.REPEAT, Wrap.REPEAT)
 
     def transform(self, uvs: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -145,7 +145,7 @@ class _Element:
 
     @property
     def is_plain(self) -> bool:
-        """Return whether it has no lists."""
+        """Whether it has no lists."""
         return all(len(kinds) == 1 for _, kinds in self.properties)
 
     def dtype(self, corners: int = 0) -> np.dtype[np.void]:

@@ -194,7 +194,7 @@ class Scene:
 
     @property
     def is_moving(self) -> bool:
-        """Return whether objects or lights move, or meshes change their shape."""
+        """Whether objects or lights move, or meshes change their shape."""
         return self.motion is not None or bool(self.deforms) or self.light_motion is not None
 
     def lighting_at(self, frame: float) -> Lighting:

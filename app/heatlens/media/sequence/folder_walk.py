@@ -71,12 +71,12 @@ class FolderWalk:
 
     @property
     def is_reading(self) -> bool:
-        """Return True while a folder is being read."""
+        """True while a folder is being read."""
         return self._reader.is_busy
 
     @property
     def can_confirm(self) -> bool:
-        """Return True if there is something to open or to save."""
+        """True if there is something to open or to save."""
         return self._selected_entry is not None or (
             self.purpose.is_save and bool(self.name.strip())
         )

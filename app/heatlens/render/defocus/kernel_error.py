@@ -57,7 +57,7 @@ class DiscError:
 
     @cached_property
     def disc_norm(self) -> float:
-        """Return E of a kernel that is zero: the norm of the disc itself."""
+        """E of a kernel that is zero: the norm of the disc itself."""
         return float(self._weight @ self._disc**2)
 
     def decibels(self, value: float, slopes: Reals) -> tuple[float, Reals]:

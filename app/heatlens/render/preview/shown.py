@@ -58,5 +58,5 @@ class ShownPicture:
 
     @property
     def is_whole(self) -> bool:
-        """Return True if it equals the picture of `heatlens render`, and is not a preview."""
+        """True if it equals the picture of `heatlens render`, and is not a preview."""
         return self.settings == self.shot.defocus

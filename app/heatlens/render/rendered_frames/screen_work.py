@@ -18,7 +18,7 @@ class CachedFrame(ShownPicture):
 
     @property
     def is_whole(self) -> bool:
-        """Return True: it was rendered at full quality and the size of the window."""
+        """True: it was rendered at full quality and the size of the window."""
         return True
 
 
@@ -27,7 +27,7 @@ class ScreenWork:
 
     @property
     def has_work(self) -> bool:
-        """Return True while a frame in memory is not yet converted for the screen."""
+        """True while a frame in memory is not yet converted for the screen."""
         return False
 
     def frame_at_playhead(self) -> ShownPicture | None:

@@ -55,7 +55,8 @@ class MeshTrees:
 def build_tree(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
     """Return the tree over boxes with the corners `low` and `high` (n, 3), n at least 1.
 
-    A leaf has at most `leaf_most` boxes.
+    A leaf has at most `leaf_most` boxes. In a node, count > 0 means a leaf of so many; else its
+    children are at `first` and `first` + 1, and -1 - count is the axis of the cut.
     """
     order = np.arange(len(low))
     positions = np.arange(len(low))  # positions in `order` of this level's items, node after node
@@ -200,7 +201,7 @@ def refit_tree(trees: MeshTrees, mesh_index: int, mesh: Mesh) -> NDArray[np.void
     """Return the nodes of a mesh's tree, with boxes that fit another shape of the mesh.
 
     The tree is number `mesh_index` of `trees`, and `mesh` has the new shape. The triangles stay in
-    their leaves, which is much quicker than building the tree again.
+    their leaves, which are the nodes with a count above 0: much quicker than building it again.
     """
     ends = [*trees.roots, len(trees.nodes)]
     root = int(ends[mesh_index])

@@ -63,10 +63,12 @@ class SceneOnGpu:
 
     @cached_property
     def _accumulation(self) -> Accumulation:
+        """The accumulation of views, made at its first use."""
         return Accumulation(self._ctx, self._raster)
 
     @cached_property
     def _ray_tracer(self) -> RayTracer:
+        """The ray tracer, made at its first use."""
         return RayTracer(self._ctx, self._raster)
 
     def size(self, shot: Shot) -> tuple[int, int]:

@@ -92,13 +92,13 @@ class StreamSource:
 
     @property
     def status_text(self) -> str:
-        """Return the address, which pixels have not arrived, and which data could not be used."""
+        """The address, which pixels have not arrived, and which data could not be used."""
         messages = (f"Listening on {self.address} ...", self.arriving, self.refusal)
         return " ".join(message for message in messages if message)
 
     @property
     def refusal(self) -> str:
-        """Return messages about data that could not be used; "" if all could."""
+        """Messages about data that could not be used; "" if all could."""
         return " ".join(message for message in (self.problem, self.losses) if message)
 
     @property
@@ -109,7 +109,7 @@ class StreamSource:
 
     @property
     def losses(self) -> str:
-        """Return how many packets were rejected, and why the last one was; "" for none."""
+        """How many packets were rejected, and why the last one was; "" for none."""
         dropped, refused = self._server.dropped, self._server.refused
         if not (dropped or refused):
             return ""

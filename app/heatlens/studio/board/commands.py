@@ -115,7 +115,7 @@ def _lens(session: Session, make_still: Callable[[], str | None]) -> Iterator[Co
 
 def _play(session: Session) -> Iterator[Command]:
     """Yield commands for the Play menu."""
-    time, pull = session.time.timeline, session.time.frames_ahead
+    time, frames_ahead = session.time.timeline, session.time.frames_ahead
     yield from in_group(
         *("Play", "play"),
         page_command("Play or stop", partial(time.play, 1), "Space"),
@@ -131,14 +131,18 @@ def _play(session: Session) -> Iterator[Command]:
         page_command("Previous key", partial(time.go_to_key, -1), "Up"),
     )
     keeps = session.preferences
-    ahead = Command("Render frames ahead", pull.switch, is_on=lambda: keeps.values.keep_frames)
+    ahead = Command(
+        "Render frames ahead", frames_ahead.switch, is_on=lambda: keeps.values.keep_frames
+    )
     yield from in_group(
         *("Play", "range"),
         page_command("Set in point", time.set_in, "I"),
         page_command("Set out point", time.set_out, "O"),
         page_command("Clear in and out", time.clear_in_out, "Shift+I"),
     )
-    yield from in_group("Play", "frames", ahead, Command("Clear rendered frames", pull.clear))
+    yield from in_group(
+        "Play", "frames", ahead, Command("Clear rendered frames", frames_ahead.clear)
+    )
 
 
 def _keys(session: Session) -> Iterator[Command]:

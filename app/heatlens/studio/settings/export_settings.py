@@ -70,7 +70,7 @@ class ExportSettings(ExportOptions):
 
     @property
     def is_linear(self) -> bool:
-        """Return True if the output is scene-linear and not made for a display."""
+        """True if the output is scene-linear and not made for a display."""
         return self.kind == _LINEAR
 
     def shot_at_quality(self, shot: Shot) -> Shot:

@@ -75,7 +75,7 @@ class _Recording:
 
     @property
     def is_still(self) -> bool:
-        """Return True if the first sample represents all of them."""
+        """True if the first sample represents all of them."""
         first = self.samples[0][1]
         return all(self._is_near(distance_m, first) for _, distance_m in self.samples)
 

@@ -33,12 +33,12 @@ class FocusOffset:
 
     @property
     def is_level(self) -> bool:
-        """Return whether the focus is the same in all of the picture."""
+        """Whether the focus is the same in all of the picture."""
         return self == LEVEL
 
     @property
     def is_plane(self) -> bool:
-        """Return whether all that is sharp lies on one plane, which may lean."""
+        """Whether all that is sharp lies on one plane, which may lean."""
         return self == FocusOffset(slope=self.slope, edge=self.edge)
 
     def dioptres_at(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:

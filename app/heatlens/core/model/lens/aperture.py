@@ -58,7 +58,7 @@ class Aperture(OpeningFields):
 
     @property
     def is_plain(self) -> bool:
-        """Return whether it is a circle or an ellipse, the same for all of the picture."""
+        """Whether it is a circle or an ellipse, the same for all of the picture."""
         return _is_plain(self)
 
     @property

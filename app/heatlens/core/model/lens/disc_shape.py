@@ -157,7 +157,7 @@ class DiscShape:
 
     @property
     def is_plain(self) -> bool:
-        """Return whether discs are ellipses of even brightness."""
+        """Whether discs are ellipses of even brightness."""
         return self.aperture.is_plain and self.axial_px == 0.0
 
     @property

@@ -32,7 +32,7 @@ class Pupil:
 
     @property
     def is_plain(self) -> bool:
-        """Return whether every point of its ellipse lets the same light through."""
+        """Whether every point of its ellipse lets the same light through."""
         return self.aperture.is_plain
 
     @property

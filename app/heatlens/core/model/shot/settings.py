@@ -79,7 +79,7 @@ class Method(StrEnum):
 
     @property
     def needs_scene(self) -> bool:
-        """Return whether the method draws a 3D scene; a plate cannot be seen from elsewhere."""
+        """Whether the method draws a 3D scene; a plate cannot be seen from elsewhere."""
         return self.facts.needs_scene
 
 

@@ -43,7 +43,7 @@ class LegendFacts:
 
     @property
     def in_focus(self) -> str:
-        """Return words for what counts as sharp."""
+        """Words for what counts as sharp."""
         return f"in focus, up to {self.sharp_px:.1f} px"
 
 

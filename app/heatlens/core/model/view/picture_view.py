@@ -28,7 +28,7 @@ class PictureView:
 
     @property
     def is_drawn(self) -> bool:
-        """Return True once the size of the viewport is known."""
+        """True once the size of the viewport is known."""
         return self.viewport.size[0] > 1.0
 
     @property

@@ -121,7 +121,7 @@ class ViewState:
 
     @property
     def has_overlay(self) -> bool:
-        """Return True if colors are laid over the picture: an overlay, peaking or both."""
+        """True if colors are laid over the picture: an overlay, peaking or both."""
         return self.overlay != NO_OVERLAY.name or self.is_peaking
 
     def with_transmission(self, lens: Lens) -> "ViewState":

@@ -55,7 +55,7 @@ class LayerCount:
 
     @property
     def text(self) -> str:
-        """Return the current layer as text: layer 2 of 6."""
+        """The current layer as text: layer 2 of 6."""
         layer_text = f"layer {self.done_layers + 1} of {self.layers}"
         return (
             layer_text

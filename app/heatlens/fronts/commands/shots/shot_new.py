@@ -167,7 +167,7 @@ def _piped_shot(args: argparse.Namespace) -> Shot:
 
 
 def make_shot(args: argparse.Namespace) -> Shot:
-    """Return the shot of the options and of `args.plate`, after checking each key."""
+    """Return the shot of the options and of `args.plate`; print its notes and doubts."""
     keys, followed_mark = parse_keys(args.key), followed_mark_name(args)
     camera = align_camera_to_plate(args, read_given_camera(args))
     fields_of_options = fields_not_from_camera(args, keys)

@@ -81,7 +81,7 @@ class LensOutput:
         return self._sender is not None
 
     def send(self, sample: LensSample) -> None:
-        """Send one sample, or do nothing after a refusal."""
+        """Send one sample; report the first refusal, after which nothing is sent."""
         if self._sender is None:
             return
         try:

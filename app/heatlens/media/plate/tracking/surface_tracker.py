@@ -63,7 +63,7 @@ class Appearance:
 
     @property
     def has_pattern(self) -> bool:
-        """Return True if light or color vary enough over the surface to search for it."""
+        """True if light or color vary enough over the surface to search for it."""
         return bool(self.image[self.mask > 0].astype(np.float32).std(axis=0).max() > _PLAIN_LEVELS)
 
     def likeness(self, crop: Crop, position: Position) -> float:

@@ -55,7 +55,7 @@ class Animation:
 
     @cached_property
     def _span_s(self) -> tuple[float, float] | None:
-        """Return the times of the first and the last key, None if nothing moves."""
+        """The times of the first and the last key, None if nothing moves."""
         animated = [t for node in self.tracks.values() for t in node.values() if t.is_animated]
         animated += [*self.weights.values(), *self.angles.values()]
         if not animated:

@@ -37,7 +37,7 @@ class Skin:
 
     @property
     def is_moving(self) -> bool:
-        """Return whether any of the bones moves."""
+        """Whether any of the bones moves."""
         return any(self.animation.is_moving(joint) for joint in self.joints)
 
     def matrices(self, frame: float) -> Floats:

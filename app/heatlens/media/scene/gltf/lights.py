@@ -83,7 +83,7 @@ class GltfLights:
 
     @property
     def is_blender(self) -> bool:
-        """Return whether Blender wrote the file."""
+        """Whether Blender wrote the file."""
         return self.gltf.root.object_at("asset").text("generator").startswith(_BLENDER_GENERATOR)
 
     def _add_light(self, node: int, light: Record, world: Array) -> None:

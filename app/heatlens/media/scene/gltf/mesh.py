@@ -77,7 +77,7 @@ class ShapeChange:
 
     @property
     def is_moving(self) -> bool:
-        """Return whether the shape differs from frame to frame."""
+        """Whether the shape differs from frame to frame."""
         is_blending = self.weights_node is not None and self.weights_node in self.animation.weights
         return is_blending or (self.bones is not None and self.bones.is_moving)
 

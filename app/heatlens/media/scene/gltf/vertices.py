@@ -219,7 +219,7 @@ class Vertices:
 
     @property
     def is_packed(self) -> bool:
-        """Return whether Draco packed the primitive; then its corners always form triangles."""
+        """Whether Draco packed the primitive; then its corners always form triangles."""
         return self._draco_data is not None
 
     @cached_property

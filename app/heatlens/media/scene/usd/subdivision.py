@@ -73,7 +73,7 @@ class Subdivision:
 
     @property
     def notes(self) -> list[str]:
-        """Return sentences on the meshes that were not subdivided as intended."""
+        """Sentences on the meshes that were not subdivided as intended."""
         counts_and_words = (
             (self.subdivided_once, "subdivided once instead of twice: they have many faces."),
             (self.too_large, "drawn as their cages, because they would have too many faces."),

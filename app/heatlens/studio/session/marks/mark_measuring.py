@@ -127,7 +127,7 @@ class SceneMarkTracks(Commands, Worker):
 
     @property
     def is_due(self) -> bool:
-        """Return True if a requested distance is unknown and there is time to measure."""
+        """True if a requested distance is unknown and there is time to measure."""
         return self._is_requested and self._is_idle and self._next_to_measure() is not None
 
     def poll(self) -> None:

@@ -10,7 +10,7 @@ class RemoteRenderer:
 
     @property
     def is_waiting(self) -> bool:
-        """Return True while another machine renders a picture, and its steps have to wait."""
+        """True while another machine renders a picture, and its steps have to wait."""
         return False
 
     def steps(self, shot: Shot, frame: int, slot: int) -> Steps[Texture] | None:

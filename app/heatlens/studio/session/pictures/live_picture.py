@@ -206,7 +206,7 @@ class LivePicture:
 
     @property
     def is_working(self) -> bool:
-        """Return True while the whole picture is not finished."""
+        """True while the whole picture is not finished."""
         if self._request is None or self._is_refused:
             return False
         return self.output is None or self.output.picture_key != self._request

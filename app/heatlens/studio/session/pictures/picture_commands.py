@@ -155,7 +155,7 @@ class PictureCommands(Commands, Worker):
 
     @property
     def is_busy(self) -> bool:
-        """Return True while a picture is awaited or written."""
+        """True while a picture is awaited or written."""
         return self._request is not None or self._writer.is_busy
 
     def copy(self) -> None:

@@ -89,7 +89,7 @@ class Ruler(Commands):
 
     @property
     def _camera_mm(self) -> tuple[float, float] | None:
-        """Return focal length and sensor width of the camera of the plate in mm, where known."""
+        """Focal length and sensor width of the camera of the plate in mm, where known."""
         plate = self._source.plate
         camera = None if plate is None else plate.camera
         if camera is None or camera.focal_length_mm is None or camera.sensor_width_mm is None:

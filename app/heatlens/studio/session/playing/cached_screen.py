@@ -29,14 +29,14 @@ class CachedScreen(ScreenWork):
 
     def __init__(
         self,
-        pull: FramesAhead,
+        frames_ahead: FramesAhead,
         source: OpenSource,
         editing: Editing,
         view: PictureView,
         screen: ScreenPictures,
     ) -> None:
         ctx = source.picture.renderer.ctx
-        self._ctx, self._frames_ahead, self._source = ctx, pull, source
+        self._ctx, self._frames_ahead, self._source = ctx, frames_ahead, source
         self._editing, self._view, self._screen = editing, view, screen
         self._frames = ScreenFrames(ctx)
         self._is_slow = is_software(ctx)
@@ -52,14 +52,16 @@ class CachedScreen(ScreenWork):
 
     def frame_at_playhead(self) -> CachedFrame | None:
         """Return the picture at the playhead; while it is read from disk, the previous one."""
-        pull = self._frames_ahead
-        is_kept = pull.is_on and self._view.is_lens_alone and not self._editing.trial_parameters
-        job = pull.jobs.job_of(self._editing.frame) if is_kept else None
+        frames_ahead = self._frames_ahead
+        is_kept = (
+            frames_ahead.is_on and self._view.is_lens_alone and not self._editing.trial_parameters
+        )
+        job = frames_ahead.jobs.job_of(self._editing.frame) if is_kept else None
         if job is None:
             return None
-        picture = pull.store.memory.get(job.key)
+        picture = frames_ahead.store.memory.get(job.key)
         if picture is None:
-            return self._current_frame if pull.plays_cached_frames else None
+            return self._current_frame if frames_ahead.plays_cached_frames else None
         last_frame = self._current_frame
         is_new = last_frame is None or (last_frame.key, last_frame.frame) != (
             job.key,
@@ -144,7 +146,7 @@ class CachedScreen(ScreenWork):
     # shown, and needs no second copy.
     @property
     def has_work(self) -> bool:
-        """Return True while a frame in memory still needs its slow conversion for the screen."""
+        """True while a frame in memory still needs its slow conversion for the screen."""
         if not self._is_slow or self._prepared_for == self._screen_request:
             return False
         if next(self._unprepared_frames(), None) is None:
@@ -154,7 +156,7 @@ class CachedScreen(ScreenWork):
 
     @property
     def _screen_request(self) -> ScreenRequest:
-        """Everything that all prepared frames depend on."""
+        """What prepared frames depend on: request, view, version of its transform, and zoom."""
         version, view = self._screen.transform_version, self._view
         return self._frames_ahead.progress.request, view.state, version, view.zoom
 
@@ -166,14 +168,14 @@ class CachedScreen(ScreenWork):
 
     def _unprepared_frames(self) -> Iterator[CachedFrame]:
         """Yield the frames in memory that still need their conversion, while memory allows."""
-        pull = self._frames_ahead
-        for job in pull.progress.jobs:
-            picture = pull.store.memory.get(job.key)
+        frames_ahead = self._frames_ahead
+        for job in frames_ahead.progress.jobs:
+            picture = frames_ahead.store.memory.get(job.key)
             if picture is None:
                 continue
             size = picture.pixels.shape[1], picture.pixels.shape[0]
             cached_frame = replace(self._cached_frame(job, picture), frame=job.frame)
-            if not self._frames.can_fit(job.key, size, pull.progress.keys):
+            if not self._frames.can_fit(job.key, size, frames_ahead.progress.keys):
                 return
             if not self._frames.has_frame(
                 job.key, self._screen_transform(self._exposed_view(cached_frame), size)

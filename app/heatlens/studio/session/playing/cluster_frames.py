@@ -42,12 +42,12 @@ class ClusterFrames(Commands):
 
     @property
     def renders_ahead(self) -> bool:
-        """Return True while workers render the frames ahead in place of this machine."""
+        """True while workers render the frames ahead in place of this machine."""
         return self._export_place.ahead and self.has_workers
 
     @property
     def has_workers(self) -> bool:
-        """Return True while there are workers that render for the window."""
+        """True while there are workers that render for the window."""
         return self._cluster is not None and bool(self._cluster.workers)
 
     @property
@@ -67,7 +67,7 @@ class ClusterFrames(Commands):
 
     @property
     def awaits_consent(self) -> bool:
-        """Return True while a scheduler answers that the user has not agreed to."""
+        """True while a scheduler answers that the user has not agreed to."""
         return self._cluster is not None and self._cluster.unconfirmed is not None
 
     def agree(self) -> None:
@@ -153,7 +153,7 @@ class ClusterFrames(Commands):
 
     @property
     def is_whole_pending(self) -> bool:
-        """Return True while workers render the whole picture."""
+        """True while workers render the whole picture."""
         return self.has_workers and self._cluster is not None and self.whole is None
 
     @property

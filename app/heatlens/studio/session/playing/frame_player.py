@@ -14,11 +14,11 @@ _AHEAD_PLAYING, _AHEAD_AT_REST = 48, 8
 class FramePlayer(Commands, Worker):
     """Shows the frame at the playhead, and the next one when its time has come."""
 
-    def __init__(self, shared: Shared, timeline: Timeline, pull: FramesAhead) -> None:
+    def __init__(self, shared: Shared, timeline: Timeline, frames_ahead: FramesAhead) -> None:
         super().__init__(shared)
         self._timeline = timeline
         self._playback = timeline.playback
-        self._frames_ahead = pull
+        self._frames_ahead = frames_ahead
         self._reported_problem = ""
 
     def poll(self) -> None:
@@ -61,7 +61,7 @@ class FramePlayer(Commands, Worker):
 
     @property
     def is_due(self) -> bool:
-        """Return True if the next frame of the film is due, so that the window must be drawn."""
+        """True if the next frame of the film is due, so that the window must be drawn."""
         return self._can_advance and self._playback.is_due(self._frames_per_second)
 
     @property

@@ -84,7 +84,7 @@ class FramesAhead(Commands, Worker):
 
     @property
     def is_on(self) -> bool:
-        """Return True if there are frames to be played, and they are to be kept."""
+        """True if there are frames to be played, and they are to be kept."""
         source = self._source
         if (
             not self._preferences.values.keep_frames
@@ -215,7 +215,7 @@ class FramesAhead(Commands, Worker):
 
     @property
     def has_work(self) -> bool:
-        """Return True if there is work for once the user rests.
+        """True if there is work for once the user rests.
 
         The work is a frame to render, keys of frames to compute, or a kept frame to convert for the
         screen.

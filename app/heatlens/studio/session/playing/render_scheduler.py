@@ -186,12 +186,12 @@ class RenderScheduler(Commands, Worker):
         shared: Shared,
         sides: CompareSides,
         visible: VisibleWork,
-        pull: FramesAhead,
+        frames_ahead: FramesAhead,
         view: PictureView,
         speed: Speed,
     ) -> None:
         super().__init__(shared)
-        self._sides, self._visible, self._frames_ahead = sides, visible, pull
+        self._sides, self._visible, self._frames_ahead = sides, visible, frames_ahead
         self._view, self._speed = view, speed
         self._show_error = shared.show_error
 

@@ -31,7 +31,7 @@ class PointMeasurement:
 
     @property
     def is_done(self) -> bool:
-        """Return True once all frames are measured."""
+        """True once all frames are measured."""
         return len(self.distances_m) == self.frames.count
 
     def measure_slice(self) -> None:

@@ -134,7 +134,7 @@ class Editing:
 
     @property
     def has_lens(self) -> bool:
-        """Return True if the keys give a valid lens at the frame."""
+        """True if the keys give a valid lens at the frame."""
         try:
             self.shot.lens_at(self.frame)
         except LensError:
@@ -288,7 +288,7 @@ class Editing:
 
     @property
     def is_unsettled(self) -> bool:
-        """Return True while a gesture or a performance has not become an undo step."""
+        """True while a gesture or a performance has not become an undo step."""
         is_ending = self.performance is not None and self.performance.is_over
         return is_ending or self.history.current != self.history.last_step
 

@@ -82,6 +82,7 @@ class Playback:
         return max(_MIN_WAIT_S, self._frame_time_s + 1 / rate - self._clock())
 
     def _steps_due(self, rate: float) -> int:
+        """Return how many frames later it is than the time of the frame that is shown."""
         return int((self._clock() - self._frame_time_s) * rate + _ROUNDING)
 
     def _ends(self, frames: FrameRange) -> tuple[int, int]:

@@ -105,7 +105,7 @@ class Timeline(Commands):
 
     @property
     def _states_version(self) -> object:
-        """A value that changes whenever the states of frames may have changed."""
+        """A value that changes whenever the states of frames may: a count, and the last request."""
         opened = self._source.opened
         return (opened.change_count if opened else 0, self._source.feed.last_request)
 

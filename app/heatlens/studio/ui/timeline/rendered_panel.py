@@ -19,11 +19,11 @@ _TIP = (
 
 def rendered_words(control: TimeControl) -> str:
     """Return the progress of rendering ahead, as text; "" if no frames are rendered ahead."""
-    pull, is_playing = control.frames_ahead, bool(control.timeline.playback.direction)
-    if not pull.wanted_count:
+    frames_ahead, is_playing = control.frames_ahead, bool(control.timeline.playback.direction)
+    if not frames_ahead.wanted_count:
         return ""
-    done_count, wanted_count = len(pull.progress.rendered_frames), pull.wanted_count
-    prefix = "preview: " if is_playing and not pull.plays_cached_frames else ""
+    done_count, wanted_count = len(frames_ahead.progress.rendered_frames), frames_ahead.wanted_count
+    prefix = "preview: " if is_playing and not frames_ahead.plays_cached_frames else ""
     if done_count == wanted_count and wanted_count == control.timeline.played.count:
         return f"all {wanted_count} frames rendered"
     return f"{prefix}{done_count} of {wanted_count} frames rendered"
