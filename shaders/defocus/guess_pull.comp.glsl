@@ -5,7 +5,7 @@
 // Inputs
 //   with FIRST, for level 1: color_tx rgb and coc_tx r, the picture and its signed coc (circle of confusion, diameter
 //   in pixels, negative in front of the focus), and cut_px, the coc of the cut
-//   else: lib/guess_levels.lib.glsl   the pyramid, which has the finer level at `finer_rect`
+//   else: levels_tx, the pyramid (lib/guess_levels.lib.glsl), which has the finer level at `finer_rect`
 // Output
 //   out_levels_img     the pyramid; rgb color and a coc are written at `out_rect`, or 0 if no texel is known
 

@@ -10,15 +10,15 @@
 //   layer_tx       a below 0 if hidden (lib/hidden.lib.glsl); tiles that are not active are hidden too
 //   pixel list     the hidden pixels
 // Outputs
-//   bits_buf       the masks, numbered as in lib/hidden.lib.glsl; before the pass the bits of all pixels in active
-//                  tiles are set (visible_bits_all.comp.glsl)
+//   bits_buf       a bit for each pixel, set if it is visible; each direction has a mask of its own. Before the pass
+//                  the bits of all pixels in active tiles are set (visible_bits_all.comp.glsl)
 //   two lists      first: the first hidden pixel of each block; second: the others that have a guess of their own
 //                  (lib/hidden_block.lib.glsl)
 //   out_cost_img   -1 in blocks with hidden pixels and in those beside them, one texel a block
 //   out_match_img  with MATCHED, the same
 
 #include "lib/hidden.lib.glsl"  // line_of, position_of, words_per_line, first_word
-#include "lib/hidden_block.lib.glsl"  // MARK_WHOLE, neighbor_block, layer_size
+#include "lib/hidden_block.lib.glsl"  // MARK_WHOLE, neighbor_block, layer_size, PIXELS_PER_GROUP, append_word
 #include "lib/pixel_list.lib.glsl"  // FOR_EACH_LISTED
 #include "lib/tile_mask.lib.glsl"  // is_active
 

@@ -8,18 +8,19 @@
 //
 // Inputs
 //   layer_tx       rgb times coverage, a coverage; below 0 in a hidden pixel (lib/hidden.lib.glsl)
-//   bits_buf       visible pixels (hidden_blocks.comp.glsl)
+//   bits_buf       a bit for each pixel, set if it is visible; each direction has a mask of its own
 //   two lists      first: the first hidden pixel of each block (hidden_blocks.comp.glsl)
 // Output (one texel a block; only blocks with hidden pixels are written)
 //   out_cost_img   one channel a direction: mean squared difference of the ends in compressed color
 //                  (lib/tone.lib.glsl), -1 if not both ends exist or are near enough
 // With MATCHED, for fragment lists whose hidden surfaces are lit differently from the visible ones, also
-//   inputs   state_tx, listed_tx   of layer_split.comp.glsl
+//   inputs   state_tx       r diameter |coc| in pixels of the layer, g share of content
+//            listed_tx      r share of a pixel that only a list gives, g depth behind the silhouette, in pixels
 //   output   out_match_img  rgb logarithm of the ratio of visible to listed brightness on the same surface, just
 //                           beyond its end; a its confidence, -1 where it was not measured
 
-#include "lib/hidden_block.lib.glsl"  // layer_size
-#include "lib/visible_bits.lib.glsl"  // is_visible, is_beyond_reach, ends_of
+#include "lib/hidden_block.lib.glsl"  // layer_size, PIXELS_PER_GROUP, FOR_EACH_IN_FIRST, pixel_of_word
+#include "lib/visible_bits.lib.glsl"  // is_visible, is_beyond_reach, ends_of, DIRECTION
 #include "lib/tone.lib.glsl"  // compress_light
 
 layout(local_size_x = PIXELS_PER_GROUP) in;

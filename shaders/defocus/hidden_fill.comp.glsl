@@ -26,10 +26,10 @@
 //                     coverage and its known share: marked_cover and marked_known of lib/hidden.lib.glsl
 //   state_img         r diameter |coc| in pixels, g share of content, 0..1
 
-#include "lib/hidden_block.lib.glsl"  // MARK_WHOLE, neighbor_block, layer_size
-#include "lib/highlight_limit.lib.glsl"  // highlight_share
+#include "lib/hidden_block.lib.glsl"  // MARK_WHOLE, neighbor_block, layer_size, PIXELS_PER_GROUP ...
+#include "lib/highlight_limit.lib.glsl"  // highlight_share, dim, undim
 #include "lib/layer.lib.glsl"  // solidity
-#include "lib/visible_bits.lib.glsl"  // is_visible, is_beyond_reach, ends_of
+#include "lib/visible_bits.lib.glsl"  // is_visible, is_beyond_reach, ends_of, marked_known, marked_cover, DIRECTION
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 

@@ -19,7 +19,7 @@
 #define SOFT_RIM
 #include "lib/aperture.lib.glsl"  // Cover, most_of
 #ifdef LISTS
-#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, Fragment
 #endif
 #include "lib/kind.lib.glsl"  // FAR_EDGE, LISTED
 #include "lib/pixel_cover.lib.glsl"  // pixel_coverage

@@ -19,7 +19,7 @@
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of
 #endif
-#include "lib/highlight_limit.lib.glsl"  // surface_share
+#include "lib/highlight_limit.lib.glsl"  // surface_share, mean_of
 #include "lib/lit_bits.lib.glsl"  // lit_word, lit_buf
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;

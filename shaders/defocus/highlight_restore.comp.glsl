@@ -15,7 +15,7 @@
 //   diffuse_fragment_buf  with LISTS: the fragments, with their light restored
 
 #ifdef LISTS
-#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_buf
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_buf, WORDS
 layout(std430) writeonly buffer diffuse_fragment_block { uint diffuse_fragment_buf[]; };
 uniform sampler2D coc_tx;
 

@@ -17,9 +17,9 @@
 //                      visible surface is put into out_highlight_img if no surface in front of it has one
 
 #ifdef LISTS
-#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, fragment_buf
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, fragment_buf, Fragment, WORDS
 #endif
-#include "lib/highlight_limit.lib.glsl"  // NO_HIGHLIGHT, limit_of, surface_of, highlight_share
+#include "lib/highlight_limit.lib.glsl"  // NO_HIGHLIGHT, limit_of, surface_of, highlight_share, mean_of
 #include "lib/lit_bits.lib.glsl"  // lit_word, lit_bit, lit_buf
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;

@@ -26,7 +26,7 @@
 #include "lib/highlights.lib.glsl"  // AREA_UNITS, Sprite, Plan, tally_index, row_index, MERGE_SHARE, SURFACE_SHARE
 #include "lib/lit_bits.lib.glsl"  // is_lit
 #include "lib/pixel_cover.lib.glsl"  // pixel_coverage
-#include "lib/pixel_list.lib.glsl"  // FOR_EACH_LISTED
+#include "lib/pixel_list.lib.glsl"  // FOR_EACH_LISTED, PIXELS_PER_GROUP
 
 #ifndef LEVELS_AT_ONCE
 #define LEVELS_AT_ONCE 1

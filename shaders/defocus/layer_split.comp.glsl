@@ -35,12 +35,12 @@
 
 #include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
-#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, is_open
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, is_open, Fragment
 #endif
 #include "lib/hidden.lib.glsl"  // hidden_mark
 #include "lib/layer.lib.glsl"  // THIN, solidity, knowledge, coverage, visibility, membership, cut_near_px
 #include "lib/pixel_list.lib.glsl"  // list_append
-#include "lib/silhouette.lib.glsl"  // set_center, neighbor, coc_at, is_same_surface, coc_tx, infinity_px
+#include "lib/silhouette.lib.glsl"  // set_center, neighbor, coc_at, is_same_surface, coc_tx, infinity_px, UNMIXED ...
 #include "lib/tile_list.lib.glsl"  // FOR_EACH_TILE
 
 layout(local_size_x = TILE, local_size_y = TILE) in;

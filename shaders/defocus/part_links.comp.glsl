@@ -13,7 +13,7 @@
 //             (x, y). There is one row and one column of cells more than there are of pixels
 //   lib/part_link.lib.glsl   the links of the lists, in any order; part_order.comp.glsl puts them in order
 
-#include "lib/surface_numbers.lib.glsl"  // front_index, mixed_index, surface_number
+#include "lib/surface_numbers.lib.glsl"  // front_index, mixed_index, surface_number, Fragment, List, list_at ...
 #include "lib/lens_part.lib.glsl"  // lens_part_at
 #include "lib/part_link.lib.glsl"  // write_link
 #include "lib/tile_mask.lib.glsl"  // is_active

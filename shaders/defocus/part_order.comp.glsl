@@ -2,7 +2,8 @@
 // and stop at what covers it. Surfaces of the same coc are in the order of their numbers.
 //
 // In and out
-//   head_buf, lib/part_link.lib.glsl   the lists of part_links.comp.glsl, in any order, then in this one
+//   head_buf    for each cell, the number of the first surface of its list plus 1; 0 for an empty list
+//   link_buf    for each surface, the next one of its list in the same form, and its coc (lib/part_link.lib.glsl)
 
 #include "lib/part_link.lib.glsl"  // next_link, link_coc, set_next_link
 

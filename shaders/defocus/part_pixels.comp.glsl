@@ -12,7 +12,7 @@
 // Output
 //   lib/pixel_surface.lib.glsl
 
-#include "lib/pixel_surface.lib.glsl"  // write_pixel_surface
+#include "lib/pixel_surface.lib.glsl"  // write_pixel_surface, Fragment
 #include "lib/kind.lib.glsl"  // FAR_EDGE, NEAR_EDGE
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;

@@ -17,7 +17,7 @@
 //   out_front_img        ALL_DEPTHS: rgb times coverage, a coverage of what is in front of the focus
 //   out_front_state_img  ALL_DEPTHS: r diameter of the part's disc there, g coverage
 
-#include "lib/surface_numbers.lib.glsl"  // surface_number
+#include "lib/surface_numbers.lib.glsl"  // surface_number, Fragment, List, list_at, fragment_of, SAME_SURFACE ...
 #include "lib/lens_part.lib.glsl"  // lens_part_at
 #include "lib/part_link.lib.glsl"  // next_link, link_offset, link_coc
 #include "lib/tile_mask.lib.glsl"  // is_active

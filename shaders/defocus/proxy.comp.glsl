@@ -13,7 +13,7 @@
 //                      its variance along an axis, in pixels of the smaller size (highlight_sprites.comp.glsl)
 
 #include "lib/footprint.lib.glsl"  // Footprint, footprint_of, center_of, share_in
-#include "lib/highlight_limit.lib.glsl"  // LEAST_LUMINANCE, limit_of
+#include "lib/highlight_limit.lib.glsl"  // LEAST_LUMINANCE, limit_of, mean_of
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -25,7 +25,7 @@
 //   proxy_fragment_buf   the fragments, packed as in fragment_buf
 
 #include "lib/footprint.lib.glsl"  // Footprint, footprint_of, share_in
-#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, Fragment, WORDS, fragment_words
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -15,7 +15,7 @@
 #include "lib/tile_content.lib.glsl"  // OPEN_BITS
 
 #ifdef LISTS
-#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, is_open
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, is_open, Fragment
 #endif
 
 // A GPU processes all rows of a tile at once.

@@ -21,11 +21,11 @@
 
 #include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
-#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, Fragment
 #endif
-#include "lib/two_lists.lib.glsl"  // FOR_EACH_IN_FIRST, pixel_of_word
+#include "lib/two_lists.lib.glsl"  // FOR_EACH_IN_FIRST, pixel_of_word, PIXELS_PER_GROUP
 #include "lib/pixel_list.lib.glsl"  // list_append
-#include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, color_at, kind_at, unmix_share, ends_beside
+#include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, color_at, kind_at, unmix_share, ends_beside, FAR_EDGE ...
 #include "lib/tone.lib.glsl"  // compress_light, expand_light
 
 layout(local_size_x = PIXELS_PER_GROUP) in;

@@ -17,7 +17,7 @@
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of
 #endif
-#include "lib/silhouette.lib.glsl"  // set_center, neighbor, coc_at, is_in_front, coc_tx
+#include "lib/silhouette.lib.glsl"  // set_center, neighbor, coc_at, is_in_front, coc_tx, UNMIXED, FAR_EDGE ...
 #include "lib/two_lists.lib.glsl"  // append_word
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;

@@ -16,11 +16,11 @@
 //   near_img      near edge, before: rgb rounding error of the own color, to be added to it
 //                 near edge, after: rgb 0, a coc of the surface that shines through
 
-#include "lib/two_lists.lib.glsl"  // FOR_EACH_IN_SECOND, pixel_of_word
-#include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, SPLIT_FROM_PX, color_at, kind_at, own_outline, unmix_share
+#include "lib/two_lists.lib.glsl"  // FOR_EACH_IN_SECOND, pixel_of_word, PIXELS_PER_GROUP
+#include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, SPLIT_FROM_PX, color_at, kind_at, own_outline, unmix_share ...
 #include "lib/tone.lib.glsl"
 #ifdef LISTS
-#include "lib/known_behind.lib.glsl"  // find_behind
+#include "lib/known_behind.lib.glsl"  // find_behind, Fragment
 #endif
 
 layout(local_size_x = PIXELS_PER_GROUP) in;

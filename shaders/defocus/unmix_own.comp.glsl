@@ -15,11 +15,11 @@
 //   out_near_img  rgb own color less the own color as out_far_img stores it in half floats (the rounding error)
 //   pixel list    the edge pixels without a color, which may be those of hair (unmix_thin.comp.glsl)
 
-#include "lib/two_lists.lib.glsl"  // FOR_EACH_IN_SECOND, pixel_of_word
+#include "lib/two_lists.lib.glsl"  // FOR_EACH_IN_SECOND, pixel_of_word, PIXELS_PER_GROUP
 #include "lib/pixel_list.lib.glsl"  // list_append
-#include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, SPLIT_FROM_PX, color_at, unmix_near, own_outline
+#include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, SPLIT_FROM_PX, color_at, unmix_near, own_outline ...
 #ifdef LISTS
-#include "lib/known_behind.lib.glsl"  // find_behind
+#include "lib/known_behind.lib.glsl"  // find_behind, Fragment
 #endif
 
 layout(local_size_x = PIXELS_PER_GROUP) in;

@@ -15,8 +15,8 @@
 //     far edge    far_img rgb the far surface, a coverage of the near one; near_img rgb the near surface, a its coc
 //     near edge   far_img rgb the near surface, a its coverage; near_img rgb 0, a coc of the surface behind
 
-#include "lib/pixel_list.lib.glsl"  // FOR_EACH_LISTED
-#include "lib/unmix.lib.glsl"  // HALF_MAX, color_at, kind_at, unmix_share
+#include "lib/pixel_list.lib.glsl"  // FOR_EACH_LISTED, PIXELS_PER_GROUP
+#include "lib/unmix.lib.glsl"  // HALF_MAX, color_at, kind_at, unmix_share, FAR_EDGE, set_center, neighbor, coc_at
 #include "lib/tone.lib.glsl"
 #include "lib/thin.lib.glsl"  // Mixture, is_beside_thin, thin_mixture
 

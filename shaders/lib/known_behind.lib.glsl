@@ -1,7 +1,7 @@
 // The surface behind a near edge, from fragment lists. A near edge is a pixel at a silhouette whose depth was sampled on
 // the nearer of two surfaces. Include lib/unmix.lib.glsl first.
 
-#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, Fragment
 
 #define OPAQUE 0.9995  // coverage from which nothing behind a surface is visible
 

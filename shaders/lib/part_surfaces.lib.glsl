@@ -5,7 +5,7 @@
 //   the fragment lists (lib/fragment_list.lib.glsl)
 //   coc_tx     signed coc of the visible surface, pixels
 
-#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, fragment_line
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, fragment_line, Fragment
 
 uniform sampler2D coc_tx;
 uniform float least_px;     // coc from which the views show a surface

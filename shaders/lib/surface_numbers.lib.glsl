@@ -10,7 +10,7 @@
 //   color_tx   without ALL_DEPTHS: rgb of the picture
 //   lib/pixel_surface.lib.glsl   with ALL_DEPTHS: the surfaces of the pixels
 
-#include "lib/part_surfaces.lib.glsl"  // coc_tx
+#include "lib/part_surfaces.lib.glsl"  // coc_tx, Fragment, fragment_of
 #ifdef ALL_DEPTHS
 #include "lib/pixel_surface.lib.glsl"  // pixel_surface
 #else

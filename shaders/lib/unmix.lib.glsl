@@ -10,7 +10,7 @@
 //   color_tx    rgb of the picture
 //   kind_tx     r kind: UNMIXED, FAR_EDGE, NEAR_EDGE or LISTED
 
-#include "lib/silhouette.lib.glsl"  // neighbor, coc_at, is_in_front, is_same_surface, OUTLINE_WEIGHT
+#include "lib/silhouette.lib.glsl"  // neighbor, coc_at, is_in_front, is_same_surface, OUTLINE_WEIGHT, UNMIXED ...
 
 #define HALF_MAX 65504.0  // colors of surfaces are stored in half floats
 #define OWN_FOUND 2.0     // alpha of a near edge pixel whose own color was found; unmix_near.comp.glsl

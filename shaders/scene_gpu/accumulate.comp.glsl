@@ -21,7 +21,7 @@
 
 #ifdef SHAPED
 #define LEAST_WEIGHT 1e-6   // weight of a view that the barrel hides: it counts only if no other view does
-#include "lib/aperture.lib.glsl"  // aperture_axes
+#include "lib/aperture.lib.glsl"  // aperture_axes, pinhole_position
 #include "lib/focus_offset.lib.glsl"  // focus_offset_at
 #include "lib/sides.lib.glsl"  // Sides, no_sides, read_sides, write_sides, add_light, mean_of
 #endif

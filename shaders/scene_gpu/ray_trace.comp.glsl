@@ -15,7 +15,7 @@
 #include "lib/tangent.lib.glsl"
 #include "lib/random.lib.glsl"  // random4
 #include "lib/bvh.lib.glsl"  // Hit, position_of, normal_of, tangent_at, uv_at, tint_at, first_hit, triangles ...
-#include "lib/aperture.lib.glsl"  // aperture_point, aperture_axes
+#include "lib/aperture.lib.glsl"  // aperture_point, aperture_axes, image_point, past_blades, pinhole_position
 #include "lib/focus_offset.lib.glsl"  // focus_offset_at
 #ifdef SHAPED
 #define LEAST_WEIGHT 1e-6   // weight of a ray that the barrel stops: it counts only if no other ray does
