@@ -125,7 +125,7 @@ def hooks(text: str) -> Iterator[str]:
         "class A:\n def f(self): self.pipelines[0].on_layer = self.f",
     ],
 )
-def test_the_law_sees_each_kind_of_hook(line):
+def test_hook_search_finds_each_kind_of_hook(line):
     assert list(hooks(line))
 
 
@@ -138,7 +138,7 @@ def test_the_law_sees_each_kind_of_hook(line):
         "def f(library: ModuleType): library.pickle.loads = f",
     ],
 )
-def test_the_law_leaves_own_attributes_values_and_libraries(line):
+def test_hook_search_ignores_own_attributes_values_and_libraries(line):
     assert not list(hooks(line))
 
 

@@ -70,7 +70,7 @@ def test_optional_packages_do_not_set_pillow_load_truncated_images():
     assert "weasyprint" in sys.modules and not ImageFile.LOAD_TRUNCATED_IMAGES
 
 
-def test_extra_all_includes_every_part():
+def test_extras_all_desk_and_desk_free_include_their_parts():
     brought = {name for part in EXTRAS for name in part.brings}
     assert names_of(LISTED["all"]) == {it.name for it in EXTRAS} - brought
     assert names_of(LISTED["desk"]) == {"desk-free", "movie"}

@@ -33,13 +33,13 @@ def test_followed_focus_stays_within_quarter_of_sharp_range(walk):
 
 
 @given(st.floats(1, 20), st.floats(-0.12, 0.12), st.integers(2, 60))
-def test_followed_ignores_moves_below_sharp_range(distance_m, part, count):
+def test_focus_on_distances_ignores_moves_below_sharp_range(distance_m, part, count):
     move = part * 2 * sharp_dioptres(SHOT.lens)
     walk = {frame: 1 / (1 / distance_m + move * (frame % 2)) for frame in range(count)}
     assert len({key.value for key in focus_keys(focus_on_distances(SHOT, walk))}) == 1
 
 
-def test_followed_steady_walk_has_few_keys_and_keeps_speed():
+def test_focus_on_steady_walk_has_few_keys_and_keeps_speed():
     walk = {frame: 5 - 0.1 * frame for frame in range(31)}
     shot = focus_on_distances(SHOT, walk)
     assert len(focus_keys(shot)) <= 5
@@ -48,7 +48,7 @@ def test_followed_steady_walk_has_few_keys_and_keeps_speed():
 
 
 @given(st.lists(st.one_of(st.none(), st.floats(0.5, 50)), min_size=1, max_size=30))
-def test_bridged_fills_gaps_within_range_of_seen_distances(distances_m):
+def test_bridge_gaps_stays_within_range_of_seen_distances(distances_m):
     seen_dioptres = [1 / it for it in distances_m if it is not None]
     if not seen_dioptres:
         with pytest.raises(InputError, match="every frame"):
@@ -60,7 +60,7 @@ def test_bridged_fills_gaps_within_range_of_seen_distances(distances_m):
         assert distance_m is None or dioptres == pytest.approx(1 / distance_m)
 
 
-def test_bridged_interpolates_dioptres_and_holds_ends():
+def test_bridge_gaps_interpolates_dioptres_and_keeps_end_values():
     track = bridge_gaps([None, 2.0, None, None, 0.5, None])
     assert track == pytest.approx([0.5, 0.5, 1.0, 1.5, 2.0, 2.0])
 

@@ -56,7 +56,7 @@ def test_pose_rebuilt_from_its_values_is_bit_identical(pose):
 
 
 @given(PLACES, PLACES)
-def test_looking_at_centers_target_and_keeps_picture_upright(eye, target):
+def test_pose_looking_at_centers_target_and_keeps_picture_upright(eye, target):
     distance = float(np.linalg.norm(np.subtract(target, eye)))
     assume(distance > 1e-3)
     pose = pose_looking_at(eye, target)
@@ -67,7 +67,7 @@ def test_looking_at_centers_target_and_keeps_picture_upright(eye, target):
 
 
 @pytest.mark.parametrize("up", [1.0, -1.0])
-def test_looking_at_works_straight_up_and_down(up):
+def test_pose_looking_at_works_straight_up_and_down(up):
     pose = pose_looking_at((1.0, 2.0, 3.0), (1.0, 2.0 + up, 3.0))
     np.testing.assert_allclose(-pose.turn[:, 2], (0, up, 0), atol=1e-12)
     np.testing.assert_allclose(pose.turn @ pose.turn.T, np.eye(3), atol=1e-12)

@@ -19,7 +19,7 @@ LENSES = st.builds(Lens, st.floats(5, 300), st.floats(0.7, 22), st.floats(0.31, 
 
 
 @given(LENSES, LENSES, st.sampled_from((KIT, MIXED)))
-def test_followed_limits_changed_values_to_kit(before, requested_lens, kit):
+def test_limit_change_moves_changed_values_into_kit(before, requested_lens, kit):
     kit_lens = kit.limit_change(before, requested_lens)
     lens = kit.nearest(kit_lens.focal_length_mm)
     names = ("focal_length_mm", "f_stop", "focus_distance_m")
@@ -54,7 +54,7 @@ def test_zoom_of_kit_offers_all_lengths_between_its_ends():
     assert ZOOM.name == "24-70 mm"
 
 
-def test_followed_keeps_unchanged_values_outside_kit():
+def test_limit_change_keeps_unchanged_values_outside_kit():
     keyed = Lens(50.0, 1.0, 5.0, 36.0)
     kit_lens = KIT.limit_change(keyed, replace(keyed, focus_distance_m=0.2))
     assert (kit_lens.f_stop, kit_lens.focus_distance_m) == (1.0, 0.46)

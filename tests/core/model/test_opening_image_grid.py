@@ -57,7 +57,7 @@ def test_grid_light_and_variance_equal_sums_over_cells(image, rim, across):
     assert grid.light(barrel, rim) == pytest.approx(passed.sum() * CELL)
 
 
-def test_seen_light_weights_edge_cells_by_area_inside_circle():
+def test_light_in_circle_weights_edge_cells_by_area_inside():
     light = light_in_circle(np.ones((IMAGE_SIDE, IMAGE_SIDE), np.float32))
     assert light.mean() * 4 == pytest.approx(math.pi, rel=1e-4)
     assert light[128, 128] == 1.0 and light[0, 0] == 0.0

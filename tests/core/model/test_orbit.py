@@ -77,7 +77,7 @@ def test_orbited_camera_at_its_pivot_stays():
 
 
 @given(upright_cameras(), METRES, METRES)
-def test_panned_moves_camera_in_its_plane_without_turning(start, right, up):
+def test_pan_camera_moves_it_in_its_plane_without_turning(start, right, up):
     pose, _ = start
     panned_pose = pan_camera(pose, right, up)
     np.testing.assert_allclose(panned_pose.turn, pose.turn, atol=1e-9)

@@ -51,7 +51,7 @@ def test_track_mark_doubts_place_without_confidence():
     ).doubtful_frames == [1001]
 
 
-def test_corrected_replaces_click_of_frame_and_drops_places():
+def test_add_click_replaces_click_of_frame_and_drops_places():
     mark = TrackMark("eye", CLICKS, TRACK_PLACES)
     moved, added = Click(frame=1010, x_px=41.0, y_px=-3.0), Click(frame=1005, x_px=20.0, y_px=1.0)
     assert mark.add_click(moved).clicks == (CLICKS[0], moved)

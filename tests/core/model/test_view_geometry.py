@@ -158,7 +158,7 @@ def test_zooming_in_and_out_at_one_point_keeps_position(view, viewport, shape):
 
 
 @given(VIEWPORTS, SHAPES, ZOOMS, st.tuples(st.integers(-300, 300), st.integers(-300, 300)))
-def test_panned_follows_pointer_until_edge_is_at_middle(viewport, shape, zoom, by):
+def test_pan_view_follows_pointer_until_edge_is_at_middle(viewport, shape, zoom, by):
     before = ViewState(zoom=zoom)
     after = pan_view(before, viewport, shape, by)
     x, y = after.center_px
@@ -173,7 +173,7 @@ def test_panned_follows_pointer_until_edge_is_at_middle(viewport, shape, zoom, b
 
 
 @given(VIEWS, VIEWPORTS, SHAPES, st.tuples(st.integers(-9, 9), st.integers(-9, 9)))
-def test_panned_never_moves_more_than_pointer(view, viewport, shape, by):
+def test_pan_view_never_moves_more_than_pointer(view, viewport, shape, by):
     after = pan_view(view, viewport, shape, by)
     a, b = (geometry(v, viewport, shape).window_at_picture((0, 0)) for v in (view, after))
     whole = 1.0 / viewport.framebuffer_scale
@@ -182,7 +182,7 @@ def test_panned_never_moves_more_than_pointer(view, viewport, shape, by):
 
 
 @given(VIEWPORTS, SHAPES)
-def test_panned_from_fit_keeps_fit_zoom(viewport, shape):
+def test_pan_view_from_fit_keeps_fit_zoom(viewport, shape):
     after = pan_view(ViewState(), viewport, shape, (5, 5))
     assert after.zoom == fit_zoom(viewport, shape)
 

@@ -127,7 +127,7 @@ def test_option_out_of_range_is_refused_with_its_flag(name):
 
 
 @pytest.mark.parametrize("method", Method)
-def test_unasked_options_depend_on_method(method):
+def test_unused_blur_options_depend_on_method(method):
     ignored = {name for names in unused_blur_options(method).values() for name in names}
     of_shape = {"bokeh", "quality", "layers"}
     assert (of_shape <= ignored) is (method is not Method.DIFFUSION)

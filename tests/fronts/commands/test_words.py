@@ -67,7 +67,7 @@ def test_value_parsers_reject_text_that_is_no_number(kind, text):
         kind(text)
 
 
-def test_f_number_accepts_t_stop_with_warning(capsys):
+def test_parse_f_number_accepts_t_stop_with_warning(capsys):
     assert parse_f_number("T2.8") == 2.8
     assert "f-stop, which is a little lower" in capsys.readouterr().err
 

@@ -24,7 +24,7 @@ def axis_rotation(axis: int, angle_deg: float) -> np.ndarray:
     return matrix
 
 
-def test_from_exr_gives_camera_computed_by_hand():
+def test_convert_from_exr_gives_camera_computed_by_hand():
     to_camera, is_left_handed = convert_from_exr(ALONG_X, 1.0)
     assert not is_left_handed
     assert to_camera @ (4, 1, 0, 1) == pytest.approx((0, 0, -6, 1))  # six metres in front
@@ -32,18 +32,18 @@ def test_from_exr_gives_camera_computed_by_hand():
     assert to_camera @ (10, 1, -5, 1) == pytest.approx((5, 0, 0, 1))  # to the right
 
 
-def test_from_exr_of_attribute_is_world_to_camera():
+def test_convert_from_exr_of_attribute_is_world_to_camera():
     to_camera, _ = convert_from_exr(exr_attribute(EYE, TARGET), 1.0)
     assert to_camera == pytest.approx(np.array(world_to_camera(EYE, TARGET)), abs=1e-6)
 
 
-def test_from_exr_converts_centimeters_to_meters():
+def test_convert_from_exr_changes_centimeters_to_meters():
     centimetres = exr_attribute(np.multiply(EYE, 100), np.multiply(TARGET, 100))
     to_camera, _ = convert_from_exr(centimetres, 0.01)
     assert to_camera == pytest.approx(np.array(world_to_camera(EYE, TARGET)), abs=1e-6)
 
 
-def test_from_exr_mirrors_z_of_left_handed_world():
+def test_convert_from_exr_mirrors_z_of_left_handed_world():
     mirror = np.diag([1.0, 1.0, -1.0, 1.0])
     to_camera, is_left_handed = convert_from_exr(mirror @ ALONG_X, 1.0)
     assert is_left_handed
@@ -51,7 +51,7 @@ def test_from_exr_mirrors_z_of_left_handed_world():
 
 
 @given(st.lists(st.floats(-5, 5), min_size=3, max_size=3))
-def test_from_exr_keeps_camera_coordinates_of_points(point):
+def test_convert_from_exr_keeps_camera_coordinates_of_points(point):
     """x and y are the same; the depth is forward in one convention and backward in the other."""
     attribute = exr_attribute(EYE, TARGET).astype(np.float64)
     x, y, z, _ = np.array([*point, 1.0]) @ attribute

@@ -160,7 +160,7 @@ def test_shot_new_warns_of_focus_unit_that_contradicts_plate_depths(
 
 
 @given(st.lists(st.floats(0.5, 80.0), min_size=1, max_size=5), st.sampled_from(["mm", "cm", "ft"]))
-def test_shoot_lens_uses_given_unit_unless_cell_has_its_own(distances_m, unit):
+def test_read_shoot_lens_uses_given_unit_unless_cell_has_its_own(distances_m, unit):
     per_m = {"mm": 1000.0, "cm": 100.0, "ft": 1 / 0.3048}[unit]
     for name in ("focus", "focus (m)"):
         for distance_m in distances_m:

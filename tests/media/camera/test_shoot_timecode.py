@@ -27,7 +27,7 @@ def table(first: Timecode, count: int, rate: float = 24.0) -> CameraSamples:
 
 
 @given(st.integers(-30, 30), st.integers(1, 40), st.sampled_from([24.0, 25.0, 29.97, 48.0]))
-def test_at_timecode_matches_rows_to_frames_and_drops_the_rest(offset, count, rate):
+def test_match_by_timecode_places_rows_on_frames_and_drops_the_rest(offset, count, rate):
     frames = FrameRange(1001, 1020)
     camera = table(START.add_frames(offset, rate), count, rate)
     placed = match_by_timecode(camera, (1001, START), rate, frames)
@@ -43,14 +43,14 @@ def test_at_timecode_matches_rows_to_frames_and_drops_the_rest(offset, count, ra
     assert (f"{missing} frames of the shot have no row" in placed.notes[-1]) == (missing > 0)
 
 
-def test_at_timecode_assumes_drop_frame_of_shot_for_table():
+def test_match_by_timecode_assumes_drop_frame_of_shot_for_table():
     start = Timecode(hours=1, minutes=0, seconds=59, frames=28, drop=True)
     rows = (Timecode(1, 0, 59, 28), Timecode(1, 0, 59, 29), Timecode(1, 1, 0, 2))
     camera = CameraSamples("t", (0, 1, 2), focus_distance_m=(1.0, 2.0, 3.0), timecodes=rows)
     assert match_by_timecode(camera, (10, start), 29.97, None).frames == (10, 11, 12)
 
 
-def test_at_timecode_keeps_table_that_cannot_be_matched():
+def test_match_by_timecode_keeps_table_that_cannot_be_matched():
     camera = table(Timecode(hours=0, minutes=0, seconds=0, frames=47), 2, 48.0)
     assert "do not fit the rate" in match_by_timecode(camera, (1, START), 24.0, None).notes[-1]
     assert match_by_timecode(camera, None, 24.0, None) is camera

@@ -154,7 +154,7 @@ def test_usd_camera_rejects_stage_that_names_a_pipe(usd_path):
         usd_camera(str(usd_path))
 
 
-def test_usd_failures_reported_passes_on_errors_of_our_own_code():
+def test_report_usd_failures_passes_on_errors_of_our_own_code():
     with pytest.raises(TypeError), report_usd_failures("a.usda"):
         float(None)
     with pytest.raises(ZeroDivisionError), report_usd_failures("a.usda"):

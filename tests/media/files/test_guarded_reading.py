@@ -92,7 +92,7 @@ def test_opened_file_rejects_pipe_device_and_folder(tmp_path):
             open_regular_file(path)
 
 
-def test_file_bytes_rejects_file_beyond_limit(tmp_path):
+def test_read_file_bytes_rejects_file_above_limit(tmp_path):
     path = tmp_path / "a"
     path.write_bytes(b"x" * 11)
     assert read_file_bytes(path, 11) == b"x" * 11

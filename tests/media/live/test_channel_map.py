@@ -56,19 +56,19 @@ def test_channel_map_rejects_impossible_values(values):
         ChannelMap(**{"channel": "/x", "ring": Ring.IRIS} | values)
 
 
-def test_mapped_uses_channels_with_usual_names():
+def test_map_channels_uses_channels_with_usual_names():
     sample = LensSample(channels={"/focus": 1.0, "/other": 0.3})
     assert map_channels(sample, ()) == {"focus_distance_m": math.inf}
     assert maps_for(sample, ()) == (default_map("/focus", Ring.FOCUS),)
 
 
-def test_mapped_ignores_encoder_of_ring_that_reports_its_value():
+def test_map_channels_ignores_encoder_of_ring_that_reports_its_value():
     sample = LensSample(focus_distance_m=2.0, focus_turn=0.5, iris_turn=0.5)
     assert set(map_channels(sample, ())) == {"f_stop"}
     assert channels_of(sample) == {"focus ring": 0.5, "iris ring": 0.5}
 
 
-def test_mapped_prefers_chosen_channel_over_usual_one():
+def test_map_channels_prefers_chosen_channel_over_usual_one():
     sample = LensSample(channels={"/focus": 1.0, "/f": 60.0})
     assert map_channels(sample, (FOCUS,)) == {"focus_distance_m": pytest.approx(1.0)}
 

@@ -67,20 +67,20 @@ def test_tev_open_image_refuses_file_that_is_no_exr(server):
         ("", "only EXR"),
     ],
 )
-def test_requested_file_rejects_bad_names(name, why):
+def test_check_requested_file_rejects_bad_names(name, why):
     with pytest.raises(InputError, match=why) as error:
         check_requested_file(name, is_local=True)
     assert str(error.value).isprintable() and len(str(error.value)) < 400
 
 
-def test_requested_file_rejects_clients_of_other_machines(tmp_path):
+def test_check_requested_file_rejects_clients_of_other_machines(tmp_path):
     path = write_file(tmp_path / "a.exr", rgb())
     with pytest.raises(InputError, match="only for clients on this machine"):
         check_requested_file(str(path), is_local=False)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no pipes in its folders")
-def test_requested_file_rejects_pipe(tmp_path):
+def test_check_requested_file_rejects_pipe(tmp_path):
     os.mkfifo(tmp_path / "a.exr")
     with pytest.raises(InputError, match="no such file"):
         check_requested_file(str(tmp_path / "a.exr"), is_local=True)

@@ -182,7 +182,7 @@ def test_sequence_reader_decides_by_next_frame_if_first_is_unreadable(tmp_path):
         ({"Software": 7, "owner": "nuke"}, ""),
     ],
 )
-def test_written_by_recognizes_program_by_header(header, program):
+def test_writing_program_is_recognized_by_header(header, program):
     assert writing_program([{}, header]) == program
 
 

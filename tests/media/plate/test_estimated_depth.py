@@ -155,7 +155,7 @@ def test_with_sharp_edges_keeps_slopes_under_any_texture(slope, seed):
     moving=st.floats(0.0, 0.4),
 )
 @settings(max_examples=30, deadline=None)
-def test_fitted_recovers_scale_and_shift_between_frames(scale, shift, seed, moving):
+def test_fit_to_frame_recovers_scale_and_shift_between_frames(scale, shift, seed, moving):
     """An object that moves through the image has other values and must not count."""
     random = np.random.default_rng(seed)
     previous = FrameEstimate(random.random(SIZE, np.float32), random.random((*SIZE, 3), np.float32))

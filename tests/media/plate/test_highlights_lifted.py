@@ -23,17 +23,17 @@ def gray_image(values) -> np.ndarray:
 
 
 @given(st.floats(0.0, 0.875, width=32), STOPS)
-def test_lifted_keeps_light_below_shoulder(light, stops):
+def test_lift_highlights_keeps_light_below_shoulder(light, stops):
     np.testing.assert_array_equal(lift_highlights(gray_image([light]), stops), gray_image([light]))
 
 
 @given(STOPS)
-def test_lifted_raises_white_by_given_stops(stops):
+def test_lift_highlights_raises_white_by_given_stops(stops):
     np.testing.assert_allclose(lift_highlights(gray_image([1.0]), stops), 2.0**stops, rtol=1e-5)
 
 
 @given(STOPS)
-def test_lifted_is_monotone_and_smooth(stops):
+def test_lift_highlights_is_monotone_and_smooth(stops):
     lifted_values = lift_highlights(gray_image(np.linspace(0.8, 1.0, 4001)), stops)[:, 0, 0].astype(
         np.float64
     )
@@ -44,7 +44,7 @@ def test_lifted_is_monotone_and_smooth(stops):
 
 
 @given(LIGHT, st.floats(0, 1, width=32), STOPS)
-def test_lifted_keeps_hue_and_alpha(rgb, alpha, stops):
+def test_lift_highlights_keeps_hue_and_alpha(rgb, alpha, stops):
     color = np.array([[[*rgb, alpha]]], np.float32)
     lifted_image = lift_highlights(color, stops)
     assert lifted_image[0, 0, 3] == color[0, 0, 3]

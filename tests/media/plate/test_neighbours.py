@@ -164,7 +164,7 @@ def test_with_neighbours_fades_point_seen_only_by_distant_frame():
 
 
 @given(st.lists(st.tuples(st.floats(0, 5), st.floats(0.1, 1)), min_size=1, max_size=6))
-def test_middle_half_ignores_outliers_and_tiny_weights(samples):
+def test_mean_of_middle_half_ignores_outliers_and_tiny_weights(samples):
     light, weights = np.array(samples, np.float32).T[:, :, None]  # each (samples, 1)
     colors = np.repeat(light[..., None], 4, 2)
     middle = mean_of_middle_half(colors, weights)[0, 0]

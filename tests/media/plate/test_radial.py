@@ -49,7 +49,7 @@ def test_planar_depth_keeps_center_and_infinity():
     assert planar[1, 2] == pytest.approx(4 * 50 / (50**2 + 12**2) ** 0.5)
 
 
-def test_checked_lens_mm_names_missing_option():
+def test_require_lens_mm_names_missing_option():
     assert require_lens_mm("a.exr", 50.0, 36.0) == (50.0, 36.0)
     with pytest.raises(InputError, match="--focal-length"):
         require_lens_mm("a.exr", None, 36.0)

@@ -30,12 +30,12 @@ NAMES = st.sampled_from(
         ("Focus Distance", float("nan"), None),
     ],
 )
-def test_shoot_lens_converts_focus_to_meters(name, value, metres):
+def test_read_shoot_lens_converts_focus_to_meters(name, value, metres):
     focus_m = read_shoot_lens({name: value}).focus_distance_m
     assert focus_m == (None if metres is None else pytest.approx(metres))
 
 
-def test_shoot_lens_reads_unit_from_its_own_entry():
+def test_read_shoot_lens_takes_unit_from_its_own_entry():
     lens = read_shoot_lens({"LensFocusDistance": 10, "LensDistanceUnit": "Feet"})
     assert (lens.focus_distance_m, lens.has_unit) == (pytest.approx(3.048), True)
     assert not read_shoot_lens({"LensFocusDistance": 10}).has_unit
@@ -56,13 +56,13 @@ def test_shoot_lens_reads_unit_from_its_own_entry():
         (0, None),
     ],
 )
-def test_shoot_lens_reads_iris_in_any_notation(value, stop):
+def test_read_shoot_lens_understands_iris_in_any_notation(value, stop):
     t_stop = read_shoot_lens({"Lens Iris": value}).t_stop
     assert t_stop == (None if stop is None else pytest.approx(stop, abs=1e-3))
 
 
 @given(st.dictionaries(NAMES, VALUES, max_size=6))
-def test_shoot_lens_of_any_entries_is_possible_or_none(told):
+def test_read_shoot_lens_of_any_entries_is_possible_or_none(told):
     lens = read_shoot_lens(told)
     for value in (lens.focal_length_mm, lens.f_stop, lens.t_stop, lens.squeeze):
         assert value is None or 0 < value < math.inf
@@ -105,7 +105,7 @@ def test_is_of_shoot_excludes_names_of_renderers(name):
         ("Lens Focus Distance", "inf", math.inf),
     ],
 )
-def test_shoot_lens_prefers_unit_beside_value(name, value, metres):
+def test_read_shoot_lens_prefers_unit_beside_value(name, value, metres):
     lens = read_shoot_lens({name: value})
     assert lens.focus_distance_m == pytest.approx(metres)
     assert lens.has_unit == (
@@ -113,13 +113,13 @@ def test_shoot_lens_prefers_unit_beside_value(name, value, metres):
     )
 
 
-def test_shoot_lens_reads_focal_length_with_unit_or_comma():
+def test_read_shoot_lens_accepts_focal_length_with_unit_or_comma():
     for name, value in (("zoom", "35,5"), ("zoom", "35.5 mm"), ("Focal Length (cm)", "3,55")):
         assert read_shoot_lens({name: value}).focal_length_mm == pytest.approx(35.5)
 
 
 @pytest.mark.parametrize("value", ["abc", "-2", "1,900", "6 yards", "2 3", "2.8.1"])
-def test_shoot_lens_names_unreadable_values(value):
+def test_read_shoot_lens_names_unreadable_values(value):
     lens = read_shoot_lens({"Focus Distance": value, "Lens Iris": value, "zoom": value})
     assert lens.unreadable["focus_distance_m"] == "Focus Distance"
     assert set(lens.unreadable) == {"focus_distance_m", "t_stop", "focal_length_mm"}
@@ -127,19 +127,19 @@ def test_shoot_lens_names_unreadable_values(value):
 
 
 @pytest.mark.parametrize("value", ["", " ", "--", "N/A", "0.000", 0, float("nan"), None])
-def test_shoot_lens_does_not_call_missing_values_unreadable(value):
+def test_read_shoot_lens_does_not_call_missing_values_unreadable(value):
     assert not read_shoot_lens({"Focus Distance": value, "Lens Iris": value}).unreadable
 
 
 @given(st.floats(1e-3, 1e5), st.sampled_from(["m", "ft"]), st.sampled_from(["", " (ft)", " (mm)"]))
-def test_shoot_lens_reads_back_formatted_distance(distance_m, unit, of_column):
+def test_read_shoot_lens_reads_back_formatted_distance(distance_m, unit, of_column):
     text = format_distance(distance_m, unit)
     lens = read_shoot_lens({f"Focus Distance{of_column}": text})
     assert lens.has_unit and lens.focus_distance_m == parse_distance_m(text)
     assert lens.focus_distance_m == pytest.approx(distance_m, rel=6e-4, abs=0.0013)
 
 
-def test_shoot_lens_of_no_entries_is_empty():
+def test_read_shoot_lens_of_no_entries_is_empty():
     assert read_shoot_lens({}) == ShootLens()
     assert (ShootLens().sources, ShootLens().unreadable, ShootLens().conflicts) == ({}, {}, {})
     assert ShootLens().has_unit and ShootLens().focus_distance_m is None

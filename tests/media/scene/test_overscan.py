@@ -89,7 +89,7 @@ def test_frame_is_middle_of_overscan_image(looking, is_for_file):
     assert np.isin(np.round(loaded.plate.depth_m, 3), np.round(deep, 3)).all()
 
 
-def test_fineness_of_large_image_is_one(ctx):
+def test_texels_per_pixel_of_large_image_is_one(ctx):
     assert [texels_per_pixel(ctx, size) for size in ((320, 180), (640, 360), (1280, 720))] == [
         2,
         2,

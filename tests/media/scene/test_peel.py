@@ -227,7 +227,7 @@ def test_closed_meshes_rules_flip_for_mirror_and_end_inside():
     assert rules.tolist() == [BACK_COUNTERCLOCKWISE, BACK_CLOCKWISE, BACK_NONE]
 
 
-def test_looking_takes_as_many_steps_as_announced(renderer):
+def test_drawing_takes_as_many_steps_as_announced(renderer):
     places = [(0, placement(z=-2)), (1, placement(z=-4))]
     renderer.load_scene(scene_with((sphere(0.3), plane(3.0, material=1)), places))
     step_count = drawing_steps(renderer.ctx, renderer.scene.triangle_count, SIZE)

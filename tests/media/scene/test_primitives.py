@@ -66,7 +66,7 @@ def test_crossed_tubes_are_two_bands_through_the_curve():
     np.testing.assert_allclose(across[:, :2], -across[:, 2:], atol=1e-12)
 
 
-def test_drawn_points_are_solids_or_discs_that_close_a_surface():
+def test_point_solids_are_solids_or_discs_that_close_a_surface():
     y, x = np.mgrid[:30, :40] * 0.25
     points = np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()])
     assert closing_radius(points) == pytest.approx(0.7 * 0.25)
@@ -84,7 +84,7 @@ def test_drawn_points_are_solids_or_discs_that_close_a_surface():
     assert (discs.normals == (0, 0, 1)).all() and np.ptp(discs.positions[:, 2]) < 1e-12
 
 
-def test_drawn_points_beyond_limit_are_fewer_and_larger():
+def test_point_solids_above_limit_are_fewer_and_larger():
     points = np.random.default_rng(1).normal(size=(2 * POINTS_MOST, 3))
     drawn = make_point_solids(points, np.full(len(points), 0.1))
     assert len(drawn.positions) == 4 * POINTS_MOST and len(np.unique(drawn.point)) == POINTS_MOST

@@ -180,7 +180,7 @@ def test_no_frame_is_rendered_ahead_while_playing_busy_or_switched_off(session, 
     assert pull.is_on and pull.preferences.keep_frames
 
 
-def test_kept_frames_play_alone_only_without_overlay_and_comparison(session, pull):
+def test_cached_frames_play_alone_only_without_overlay_and_comparison(session, pull):
     wait_for_all_frames(session)
     session.time.timeline.play(1)
     assert pull.plays_cached_frames

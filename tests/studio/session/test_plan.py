@@ -72,7 +72,7 @@ def test_plan_leaves_out_the_sky_and_reaches_to_a_far_mark():
     assert math.isfinite(PlanDrawer().plan(plate_of(depth), lens(), endless, WIDTH).reach_m)
 
 
-def test_plan_reach_ignores_a_small_far_part_of_the_picture():
+def test_plan_reach_ignores_a_quarter_of_the_picture_far_away():
     street = np.full((HEIGHT, WIDTH), 5.0, np.float32)
     street[: HEIGHT // 4] = 300.0
     assert PlanDrawer().plan(plate_of(street), lens(), (), WIDTH).reach_m < 20.0

@@ -157,7 +157,7 @@ def test_to_picture_s_runs_from_first_turn_to_picture_of_the_last(receiver, edit
     assert hand.median_latency_s == pytest.approx(0.040)
 
 
-def test_ring_hand_without_a_ring_waits_for_nothing(editing, messages):
+def test_ring_follower_without_a_ring_waits_for_nothing(editing, messages):
     hand = RingFollower(receiver=None, editing=editing, notify=messages.append)
     hand.poll()
     assert hand.heard is None and hand.seconds_until_needed() is None

@@ -28,22 +28,22 @@ def frames_of(counts, shown_frames, of_shot=None, played=PLAYED_FRAMES):
     return [frame for frame, _ in place_by_timecode(samples, played, RATE, of_shot)]
 
 
-def test_by_timecode_uses_the_timecode_of_the_shot():
+def test_place_by_timecode_uses_the_timecode_of_the_shot():
     of_shot = (1001, Timecode(hours=10, minutes=0, seconds=0, frames=0))
     ten = 10 * 3600 * 24
     assert frames_of([ten, ten + 1, ten + 7], [1050] * 3, of_shot) == [1001, 1002, 1008]
     assert frames_of([ten - 3, ten + 2], [1050] * 2, of_shot) == [1003]  # the lead is left out
 
 
-def test_by_timecode_reads_counts_from_midnight_as_frame_numbers():
+def test_place_by_timecode_reads_counts_from_midnight_as_frame_numbers():
     assert frames_of([1010, 1012, 1200], [1050] * 3) == [1010, 1012]
 
 
-def test_by_timecode_starts_foreign_timecode_at_the_shown_frame():
+def test_place_by_timecode_starts_foreign_timecode_at_the_shown_frame():
     assert frames_of([500_000, 500_001, 500_004], [1010, 1010, 1011]) == [1010, 1011, 1014]
 
 
-def test_by_timecode_uses_shown_frames_without_timecode():
+def test_place_by_timecode_keeps_shown_frames_without_timecode():
     assert frames_of([None, 5], [1010, 1013]) == [1010, 1013]
 
 

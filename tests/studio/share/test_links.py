@@ -35,7 +35,7 @@ def test_new_links_have_distinct_tokens_of_128_bits():
     assert len(tokens) == 200 and min(map(len, tokens)) >= 128 / 6
 
 
-def test_kept_links_file_is_private_and_replaced_if_readable_by_others(tmp_path):
+def test_links_file_is_private_and_replaced_if_readable_by_others(tmp_path):
     path = tmp_path / "own" / "share.json"
     first = load_or_make_links(path)
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
@@ -48,7 +48,7 @@ def test_kept_links_file_is_private_and_replaced_if_readable_by_others(tmp_path)
 @pytest.mark.parametrize(
     "text", ["", "{}", "[]", '{"hand": 1, "look": 2}', '{"hand": "a", "look": "b"}']
 )
-def test_kept_links_replaces_a_damaged_file(tmp_path, text):
+def test_load_or_make_links_replaces_a_damaged_file(tmp_path, text):
     path = tmp_path / "share.json"
     path.write_text(text)
     path.chmod(0o600)

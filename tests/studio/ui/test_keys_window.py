@@ -35,7 +35,7 @@ def test_keys_window_lists_the_pan_buttons_of_plates_and_scenes():
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
-def test_in_columns_balances_the_heights_of_all_sections(count):
+def test_distribute_in_columns_balances_the_heights_of_all_sections(count):
     all_sections = sections(ALL, has_camera=True)
     columns = distribute_in_columns(all_sections, count)
     assert len(columns) == count and columns[0][0].title == "Mouse"

@@ -205,7 +205,7 @@ def test_missing_plate_after_undo_is_reported_once(gui, plate):
 # What it tells
 
 
-def test_seen_depth_is_that_of_the_hovered_pixel(gui):
+def test_visible_depth_is_that_of_the_hovered_pixel(gui):
     plate = gui.session.source.plate
     gui.move(gui.at_picture(20.5, 7.5))
     gui.frame(2)

@@ -74,7 +74,7 @@ def test_problem_message_has_a_color_of_its_own(gui, monkeypatch):
 
 
 @given(text=st.text(max_size=60), width=st.integers(0, 80))
-def test_fitted_cuts_text_to_the_width(text, width):
+def test_fit_text_cuts_text_to_the_width(text, width):
     shown = fit_text(text, width, width_of=len)
     assert len(shown) <= max(width, 0) or shown == ""
     assert shown == text or shown == "" or text.startswith(shown.removesuffix(" ..."))

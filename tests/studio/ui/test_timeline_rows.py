@@ -98,7 +98,7 @@ def test_focus_axis_converts_linear_scale_to_dioptres(position):
     assert math.isfinite(axis.to_scale(-position, Scale.LINEAR))
 
 
-def test_f_stop_labels_are_whole_stops_or_thirds_by_spacing():
+def test_axis_labels_follow_the_spacing_and_values_are_formatted():
     axis = AXES[F_STOP]
     assert axis.labels_for(0.1) == THIRD_STOPS
     whole = axis.labels_for(0.5)
