@@ -29,13 +29,20 @@ COMMANDS = {
     "compare a.exr b.exr": ["difference"],
     "bench --methods": ["plot"],
     "camera s.heatlens.json": ["output"],
+    "addon build": ["output"],
     "shot new p.exr": ["output"],
     "shot sheet s.heatlens.json": ["output"],
     "shot size s.heatlens.json A --by length": ["output"],
     "reel c.otio": ["output"],
     "reel c.otio -o r.heatreel.json": ["shots"],
 }
-ENDINGS = {"export": "n.####.exr", "render": "n.exr", "bench": "n.svg", "compare": "n.png"}
+ENDINGS = {
+    "addon": "n.zip",
+    "export": "n.####.exr",
+    "render": "n.exr",
+    "bench": "n.svg",
+    "compare": "n.png",
+}
 
 
 def options_of(parser: argparse.ArgumentParser, name: str) -> Iterator[tuple[str, argparse.Action]]:

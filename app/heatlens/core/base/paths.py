@@ -21,6 +21,7 @@ from typing import BinaryIO
 from platformdirs import PlatformDirs
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.named_paths import path_note
 
 FILE_MOST_BYTES = 16_000_000_000  # larger ones do not fit the memory of a usual machine
 _SIMILARITY_LEAST = 0.8  # how alike two names are that differ by a slip of the fingers, of 1
@@ -57,7 +58,7 @@ def unreadable_error(path: Path, error: OSError | None = None) -> InputError:
     if os.path.isdir(path):  # raises nothing, unlike Path.is_dir of a name that is too long
         return InputError(f"{path} is a folder, not a file.")
     if not os.path.lexists(path):
-        return InputError(f"{path} is not there.{_suggest_similar_name(path)}")
+        return InputError(f"{path} is not there.{path_note(path) or _suggest_similar_name(path)}")
     reason = (error.strerror or str(error)) if error is not None else "it is not a file"
     return InputError(f"{path} cannot be read: {reason}.")
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote, urlsplit
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.named_paths import path_in_folder, path_of_url
 from heatlens.core.model.curves.frames import FrameRange, exact_rate
 from heatlens.core.model.shot.reel import Retime
 from heatlens.core.model.timecode import timecode_at
@@ -243,8 +243,7 @@ def _absolute_path(url: str, folder: Path) -> str:
     """Return the absolute path of a URL or path; relative ones begin at the folder of the edit."""
     pattern = _DIGITS.sub(lambda match: "#" * int(match[1] or len(match[2])), url)
     is_url = url.lower().startswith("file:")
-    path = unquote(urlsplit(pattern.replace("#", "%23")).path) if is_url else pattern
-    return os.path.abspath(folder / path)
+    return path_in_folder(path_of_url(pattern) if is_url else pattern, folder)
 
 
 def _sequence_at(source: str) -> Sequence | None:

@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.named_paths import path_in_folder
 from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.curves.interpolation import Ease, Scale
@@ -33,7 +34,6 @@ from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.media.files.atomic_file import write_atomically
 from heatlens.media.files.json_record import JsonEntry, read_json, record_to_json, to_json
 from heatlens.media.plate.opening_picture import (
-    absolute_path,
     convert_shot_images,
     read_relative_image,
     relative_path,
@@ -256,7 +256,7 @@ def _map_moved_folder(absolute: str, folder: Path, moved_folders: Sequence[Seque
     returned unchanged.
     """
     for old_folder, new_folder in moved_folders:
-        old_path = absolute_path(old_folder, folder)
+        old_path = path_in_folder(old_folder, folder)
         if Path(old_path) in Path(absolute).parents:
             return os.path.abspath(os.path.join(new_folder, os.path.relpath(absolute, old_path)))
     return absolute
@@ -266,7 +266,7 @@ def absolute_source(source: str, path: Path, moved_folders: Sequence[Sequence[st
     """Return the absolute path of `source`, which is relative to the folder of the file `path`."""
     if not source or "\0" in source:  # invalid: Shot refuses it with a better message
         return source
-    absolute = _map_moved_folder(absolute_path(source, path.parent), path.parent, moved_folders)
+    absolute = _map_moved_folder(path_in_folder(source, path.parent), path.parent, moved_folders)
     return source if source in _BUILT_IN_SOURCES and not os.path.exists(absolute) else absolute
 
 

@@ -17,6 +17,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.named_paths import path_note
 from heatlens.core.base.stopping import mark_unfinished, record_new_folder
 
 _UNFINISHED_NAME = re.compile(r"\.heatlens-[0-9a-f]{16}\.([0-9a-f]{8})\.([0-9]+)\.part")
@@ -88,7 +89,8 @@ def replace_atomically(
         error_text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         # The temporary name would mean nothing to the user.
         reason = error_text.replace(str(temporary_path), str(target)).rstrip(".")
-        raise InputError(f"{target} could not be written: {reason}.") from error
+        note = path_note(temporary_path)
+        raise InputError(f"{target} could not be written: {reason}.{note}") from error
     finally:
         with suppress(OSError):  # if this fails, an earlier step has failed and was reported
             temporary_path.unlink(missing_ok=True)
@@ -166,7 +168,10 @@ def _flush_to_disk(path: Path) -> None:
 def _check_target(target: Path) -> None:
     """Refuse folders and devices, on which a rename would fail or which it would destroy."""
     if not os.path.isdir(target.parent):
-        raise InputError(f"{target} cannot be written: the folder {target.parent} does not exist.")
+        raise InputError(
+            f"{target} cannot be written: the folder {target.parent} does not exist."
+            f"{path_note(target)}"
+        )
     if os.path.exists(target) and not os.path.isfile(target):
         raise InputError(
             f"{target} cannot be written: it is a folder or a device, not a file. "

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.named_paths import path_in_folder
 from heatlens.core.base.paths import unreadable_error
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.lens.lens_kit import LensKit
@@ -126,19 +127,14 @@ def _fit_in_square(light: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def relative_path(path: str, folder: str | os.PathLike[str]) -> str:
     """Return the path relative to `folder`; absolute if the two share only the root of the disk."""
-    absolute = os.path.abspath(path)
+    absolute = path_in_folder(path, os.curdir)
     try:
         common_folder = os.path.commonpath([absolute, os.path.abspath(folder)])
-    except ValueError:  # on two drives
+    except ValueError:  # on two drives, or on one of another system
         return absolute
     if common_folder == os.path.dirname(common_folder):
         return absolute
     return Path(os.path.relpath(absolute, folder)).as_posix()
-
-
-def absolute_path(path: str, folder: str | os.PathLike[str]) -> str:
-    """Return the absolute form of a path that a file in `folder` names."""
-    return os.path.abspath(os.path.join(folder, path))
 
 
 ConvertImage = Callable[[OpeningImage], OpeningImage]
@@ -149,7 +145,7 @@ def read_relative_image(image: OpeningImage, folder: str | os.PathLike[str]) -> 
 
     Raises InputError if the file cannot be read or shows no opening.
     """
-    return read_opening_image(Path(absolute_path(image.path, folder)))
+    return read_opening_image(Path(path_in_folder(image.path, folder)))
 
 
 def with_relative_path(image: OpeningImage, folder: str | os.PathLike[str]) -> OpeningImage:

@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.named_paths import path_note
 from heatlens.media.files.movie_read import movie_at
 from heatlens.media.files.picture_formats import is_picture, movie_frame_name, parse_movie_name
 from heatlens.media.sequence.names import (
@@ -108,7 +109,9 @@ def find_sequence(
         names = _names_in(path)
         return _sequence_of(path, names, _find_form_in_folder(path, names), frames)
     if not os.path.isdir(path.parent) and _movie_frames_in(path.parent) is None:
-        raise InputError(f"{path} cannot be found: the folder {path.parent} does not exist.")
+        raise InputError(
+            f"{path} cannot be found: the folder {path.parent} does not exist.{path_note(path)}"
+        )
     names = _names_in(path.parent)
     if os.path.isfile(path) or path.name in (_movie_frames_in(path.parent) or ()):
         form, own_frames = _form_of_existing_file(path, names, whole)
