@@ -80,7 +80,7 @@ def format_distance(distance_m: float, unit: str = "m") -> str:
     """Format a distance: "2.24 m", "3.67 cm", with unit "ft" 6'3", or "inf"; "unknown" for NaN.
 
     Four significant digits in meters, three under 10 cm, a tenth of an inch in feet;
-    `parse_distance_m` reads all of them.
+    `parse_distance_m` reads all of them. Raises InputError.
     """
     if math.isnan(distance_m):
         return "unknown"

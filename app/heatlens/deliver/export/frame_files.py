@@ -127,7 +127,7 @@ def measure_channels(
     """Return the channels Z and coc that the options request: depth and blur of each pixel.
 
     Z is in meters, coc (circle of confusion) in pixels; both are (H, W), of the plate before the
-    blur, sampled to the size of the picture.
+    blur, sampled to the size of the picture. Raises InputError.
     """
     plate, channels = frame.plate, {}
     if options.with_depth:

@@ -83,7 +83,7 @@ def frames_of_answer(answer: bytes) -> list[FetchedPart]:
 
 
 def _split_files(parts: Sequence[PartDone], data: bytes) -> Iterator[FetchedPart]:
-    """Yield each frame with its file, cut from the joined bytes of all files."""
+    """Yield each frame with its file, cut from the joined bytes of all files. Raises InputError."""
     begin = 0
     for done in parts:
         if done.size is None:

@@ -79,7 +79,7 @@ def _step(step: Step, needs: Needs) -> dict[str, object]:
 
 
 def _parameters(parts: Sequence[str]) -> dict[str, object]:
-    """Return the parameter space of a step: the frames of each task."""
+    """Return the parameter space of a step: the frames of each task. Raises InputError."""
     if max(map(len, parts)) > _MOST_CHARACTERS:
         raise InputError("These frames are too irregular for one task. Give a smaller --chunk.")
     frames = {"name": "Frames", "type": "STRING", "range": list(parts)}

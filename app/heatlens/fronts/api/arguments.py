@@ -135,7 +135,7 @@ def _check_single_value(hint: Any, name: str, value: object) -> object:
 
 
 def _list_items(name: str, value: object) -> list[object]:
-    """Return the items of a list; a single file stands for a list of one."""
+    """Return the items of a list; a single file stands for a list of one. Raises InputError."""
     if isinstance(value, str | os.PathLike):
         return [value]
     if isinstance(value, list | tuple):

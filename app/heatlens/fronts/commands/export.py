@@ -131,7 +131,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _export(args: argparse.Namespace) -> None:
-    """Export a shot or a reel, or submit it as a job."""
+    """Export a shot or a reel, or submit it as a job. Raises InputError."""
     _check_combinations(args)
     use_device(args)
     if args.send is not None and args.submit is not None:

@@ -131,7 +131,7 @@ def _check_arguments(args: argparse.Namespace) -> DefocusSettings:
 
 
 def _render(args: argparse.Namespace) -> None:
-    """Load the plate or scene, render it, and write the picture."""
+    """Load the plate or scene, render it and write the picture; print messages."""
     start_s = time.perf_counter()
     settings = _check_arguments(args)
     channel_names = _channels_to_keep(args, settings)

@@ -152,7 +152,7 @@ def run(args: argparse.Namespace) -> int:
 def _open_in_running_window(args: argparse.Namespace) -> bool:
     """Have a running window open the files; False if there is none, or if options are given.
 
-    Raises InputError for files that cannot be opened, as a new window would.
+    Raises InputError for files that cannot be opened, as a new window would. Prints messages.
     """
     if (
         not args.plate

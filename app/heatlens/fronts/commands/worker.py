@@ -66,7 +66,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Work until the scheduler ends."""
+    """Work until the scheduler ends. Raises InputError."""
     # Imported here, because every export imports this module for the function that workers run.
     # This saves 40 ms of processor time of 700 at the start of an export.
     import asyncio

@@ -103,7 +103,7 @@ def _add_blur_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Check the request, then render, measure and write."""
+    """Check the request, then render, measure and write, and print messages."""
     with file_of_input(args.plate) as plate:
         args.plate = plate
         _study(args)

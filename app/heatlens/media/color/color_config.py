@@ -73,7 +73,7 @@ class ColorConfig:
 
     @property
     def default_input_space(self) -> str:
-        """Linear Rec.709 if the config has it, else its role scene_linear."""
+        """Linear Rec.709 if the config has it, else its role scene_linear. Raises InputError."""
         for name in (*LINEAR_REC709, "scene_linear"):
             space = self.config.getColorSpace(name)
             if space is not None:

@@ -188,7 +188,7 @@ def _claim_stdout() -> BinaryIO:
 
 
 def _send_answer(pipe: BinaryIO, outcome: object) -> None:
-    """Write the packed outcome to the pipe and close it."""
+    """Write the packed outcome to the pipe and close it. Raises SystemExit."""
     try:
         with pipe:
             pipe.write(pack_answer(outcome))

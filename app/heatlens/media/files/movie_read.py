@@ -151,7 +151,7 @@ class Movie:
         """Return the times at which the frames are shown, in order.
 
         If every frame is coded by itself, the index has the times. Otherwise the packets are read,
-        because frames are stored in another order than shown.
+        because frames are stored in another order than shown. Raises InputError.
         """
         entries = list(self._stream.index_entries)
         self._check_complete([entry.pos + entry.size for entry in entries])

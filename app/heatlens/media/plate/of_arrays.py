@@ -56,7 +56,7 @@ def plate_of_arrays(
 
 
 def _convert_to_array(label: str, values: ArrayLike | None) -> NDArray[np.generic]:
-    """Return the values as an array, without copying an array."""
+    """Return the values as an array, without copying an array. Raises InputError."""
     try:
         return np.asanyarray(values)
     except Exception as error:  # other libraries convert their own arrays, and may raise anything
@@ -85,7 +85,7 @@ def _check_numbers(label: str, values: NDArray[np.generic], kinds: str) -> None:
 
 
 def _convert_to_rgba(colors: NDArray[np.generic]) -> FloatImage:
-    """Return (H, W, 4), opaque where the colors have no alpha."""
+    """Return (H, W, 4), opaque where the colors have no alpha. Raises InputError."""
     pixels = _convert_to_float32("The colours", colors)
     if not np.isfinite(pixels).all():
         raise InputError("The colours hold NaN or infinity: set these to 0 first.")

@@ -95,7 +95,7 @@ class KeptSize:
 
     @cached_property
     def _world_position_m(self) -> Vector:
-        """The position in the world of a mark that does not move."""
+        """The position in the world of a mark that does not move. Raises InputError."""
         far_m = self._distance_m(self.mark)
         if not np.isfinite(far_m):
             raise InputError(f"{self.mark.name} is infinitely far away: its size never changes.")

@@ -43,7 +43,7 @@ def rescan(sequence: Sequence) -> Sequence:
 
 
 def _names_in(folder: Path) -> list[str]:
-    """Return the names of the files in `folder`, or of the frames of a movie."""
+    """Return the names of the files in `folder`, or of the frames of a movie. Raises InputError."""
     frames = _movie_frames_in(folder)
     if frames is not None:
         return frames
@@ -71,7 +71,7 @@ def _frames_among(form: NameForm, names: list[str]) -> tuple[int, ...]:
 
 
 def _frame_span(folder: Path, first: int, last: int) -> tuple[int, ...]:
-    """Return every frame from `first` to `last`."""
+    """Return every frame from `first` to `last`. Raises InputError."""
     if last - first >= MAX_FRAMES:
         raise InputError(
             f"The frames in {folder} go from {first} to {last}, more than {MAX_FRAMES}: name those "

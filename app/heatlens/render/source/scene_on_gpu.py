@@ -126,7 +126,7 @@ class SceneOnGpu:
             self._raster.place(frame)  # others may have drawn another frame in between
 
     def _drawer_of(self, method: Method) -> Accumulation | RayTracer:
-        """Return the object that draws a scene by `method`."""
+        """Return the object that draws a scene by `method`. Raises ValueError."""
         match method:
             case Method.ACCUMULATION:
                 return self._accumulation

@@ -85,7 +85,7 @@ class SceneSource:
     def distances_m(
         self, shot: Shot, mark: Mark, report_progress: Callable[[str], None]
     ) -> Distances:
-        """See `Source`; objects and distances need no picture of the scene."""
+        """See `Source`; objects and distances need no picture of the scene. Raises InputError."""
         framing, scene = shot.framing or Framing(), place_scene(self.scene, shot.framing)
         frames = shot.frames or self.scene.frames or FrameRange(_STILL_FRAME, _STILL_FRAME)
         if isinstance(mark, DistanceMark):

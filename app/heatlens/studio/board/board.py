@@ -182,7 +182,7 @@ class Board:
             message.refuse("one of the entries 'do' and 'change' is missing")
 
     def _asked(self, name: str, values: JsonEntry) -> Request | str:
-        """Return the request of a message, or the name of a command."""
+        """Return the request of a message, or the name of a command. Raises InputError."""
         if name in REQUESTS:
             return values.record(REQUESTS[name])
         if name not in self._named:

@@ -48,7 +48,7 @@ class ShaderWatch(Commands, Worker):
         self._reload = shader_reload.ShaderReload() if shader_reload.is_on() else None
 
     def poll(self) -> None:
-        """Use changed shaders; call this once a frame."""
+        """Use changed shaders; call this once a frame. Notifies the user."""
         reload_result = None if self._reload is None else self._reload.poll()
         if reload_result is None:
             return
@@ -232,7 +232,7 @@ class Session:
         files.commands.remember_opened(opened)
 
     def _begin_shot(self, opened: Opened, lens: Lens) -> None:
-        """Begin a shot without a file on a newly opened source."""
+        """Begin a shot without a file on a newly opened source, and notify the user."""
         shot = opened.shot(lens, self.editing.shot.defocus)
         timecode = shot.timecode_at(opened.frame, timecode_of(opened.attributes))
         frame_timecode = None if timecode is None else (opened.frame, timecode)

@@ -86,7 +86,7 @@ def given_lens_fields(args: argparse.Namespace) -> Values:
 def _read_aperture_image(args: argparse.Namespace) -> None:
     """Replace the path in --aperture-image by its picture, unless that is done already.
 
-    Raises InputError if the file cannot be read.
+    Raises InputError if the file cannot be read. Prints messages.
     """
     if not isinstance(args.aperture_image, str):
         return

@@ -43,7 +43,7 @@ def add_pinhole_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _parse_overscan(text: str) -> int | str:
-    """Parse --overscan: a number of pixels, or auto."""
+    """Parse --overscan: a number of pixels, or auto. Raises ArgumentTypeError."""
     if text == AUTO:
         return text
     if not text.isdecimal():

@@ -49,7 +49,7 @@ def add_camera_option(
 
 
 def read_given_camera(args: argparse.Namespace) -> CameraSamples | None:
-    """Return the camera of the options, if any."""
+    """Return the camera of the options, if any. Raises InputError."""
     if args.camera is not None:
         return read_camera(args.camera, focus_unit_m=_table_unit_m(args.table_unit))
     if args.table_unit is not None:
@@ -72,7 +72,7 @@ def read_checked_camera(
 ) -> CameraSamples | None:
     """Return the camera of the options, after checking that its lens is possible for a shot.
 
-    The fields in `excluded` are not taken from the camera, and not checked.
+    The fields in `excluded` are not taken from the camera, and not checked. Prints messages.
     """
     camera = read_given_camera(args)
     if camera is not None:

@@ -12,7 +12,7 @@ _MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, '"': 25.4}
 
 
 def parse_whole_number(text: str) -> int:
-    """Parse a whole number."""
+    """Parse a whole number. Raises ArgumentTypeError."""
     try:
         return int(normalize_digits(text))
     except ValueError:
@@ -45,7 +45,7 @@ def use_decimal_point(text: str) -> str:
 def parse_f_number(text: str) -> float:
     """Parse the N of f/N: 2.8, f/2.8, F2,8.
 
-    For T2.8 it explains that the blur depends on the f-stop.
+    For T2.8 it explains that the blur depends on the f-stop. Raises ArgumentTypeError.
     """
     match = re.fullmatch(
         r"(?i)\s*(f\s*/?|t\s*/?)*\s*(.*?)\s*", normalize_digits(text).replace("ƒ", "f")
@@ -68,7 +68,7 @@ def parse_f_number(text: str) -> float:
 def parse_millimeters(text: str) -> float:
     """Parse a length on the lens or sensor: 50, 50mm, 5cm, 2in.
 
-    Without a unit it is millimeters.
+    Without a unit it is millimeters. Raises ArgumentTypeError.
     """
     match = re.fullmatch(r"(?i)\s*(.*?)\s*(mm|cm|m|in|\")?\s*", text)
     assert match is not None  # everything is matched
@@ -85,7 +85,7 @@ def parse_millimeters(text: str) -> float:
 
 
 def parse_finite(text: str) -> float:
-    """Parse a finite number."""
+    """Parse a finite number. Raises ArgumentTypeError."""
     value = parse_number(text)
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
@@ -93,7 +93,7 @@ def parse_finite(text: str) -> float:
 
 
 def parse_positive(text: str) -> float:
-    """Parse a finite number above 0."""
+    """Parse a finite number above 0. Raises ArgumentTypeError."""
     value = parse_finite(text)
     if value <= 0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")

@@ -79,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write_sheet(args: argparse.Namespace) -> None:
-    """Render the pictures of all rows, and write the page and the table."""
+    """Render the pictures of all rows, and write the page and the table. Raises InputError."""
     if args.output.suffix.lower() not in _SUFFIXES:
         raise InputError(f"{args.output}: the name of a pull sheet must end in .html or .pdf.")
     check_writable(args.output)

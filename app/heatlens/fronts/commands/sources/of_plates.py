@@ -48,7 +48,7 @@ class PlateCommands(SourceCommands):
     def load(
         self, args: argparse.Namespace, renderer: "FrameRenderer", settings: DefocusSettings
     ) -> tuple[Shot, int]:
-        """Load one plate, and return its shot."""
+        """Load one plate, and return its shot. Raises InputError."""
         if settings.method.needs_scene:
             raise InputError(
                 f"{args.plate} is a plate, seen from one point: --method {settings.method} needs "

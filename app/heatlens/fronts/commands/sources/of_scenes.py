@@ -44,7 +44,7 @@ class SceneCommands(SourceCommands):
     def load(
         self, args: argparse.Namespace, renderer: "FrameRenderer", settings: DefocusSettings
     ) -> tuple[Shot, int]:
-        """Load the scene, and return the shot of its camera and the frame."""
+        """Load the scene, and return the shot of its camera and the frame, and print messages."""
         shot, frame, notes = load_scene(args, renderer, settings)
         print_messages(*notes)
         print_breathing(shot.lens, plate=None)

@@ -70,7 +70,7 @@ def _timecode_of_plate(
 def _lens_and_sequence(args: argparse.Namespace) -> tuple[Lens, Sequence | None]:
     """Return the lens and the plate's files, which may be missing if no header is needed.
 
-    The header of the first file decides the lens model, unless an option does.
+    The header of the first file decides the lens model, unless an option does. Prints messages.
     """
     lens = _lens_of_options(args)
     try:

@@ -28,7 +28,7 @@ def parse_address(text: str) -> tuple[str, int]:
 
 
 def listening_socket(host: str, port: int) -> socket.socket:
-    """Return a socket that waits for clients at `host`:`port`."""
+    """Return a socket that waits for clients at `host`:`port`. Raises InputError."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         listener = socket.create_server((host, port), family=family)

@@ -68,7 +68,7 @@ class TevImages:
     def _create(self, message: CreateImage) -> bool:
         """Create an image without pixels; drop the oldest images until it fits in the limits.
 
-        Return True, because an image has changed.
+        Return True, because an image has changed. Raises TevPacketError.
         """
         count = message.width * message.height * len(message.channels)
         if count > self._max_values:

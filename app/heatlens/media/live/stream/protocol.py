@@ -149,7 +149,7 @@ class _Fields:
         return self._numbers("q", count)
 
     def text(self) -> str:
-        """Read on to the next zero byte, and return the string before it."""
+        """Read on to the next zero byte, and return the string before it. Raises TevPacketError."""
         end = self._packet.find(b"\0", self._offset, self._offset + MAX_NAME_BYTES + 1)
         if end < 0:
             raise TevPacketError(f"a name does not end within {MAX_NAME_BYTES} bytes")
@@ -160,7 +160,7 @@ class _Fields:
             raise TevPacketError(f"the name {raw[:40]!r} is not UTF-8") from error
 
     def channels(self, count: int) -> tuple[str, ...]:
-        """Return `count` different names of channels."""
+        """Return `count` different names of channels. Raises TevPacketError."""
         if not 1 <= count <= MAX_CHANNELS:
             raise TevPacketError(f"it has {count} channels; 1 to {MAX_CHANNELS} are accepted")
         names = tuple(self.text() for _ in range(count))
@@ -176,7 +176,7 @@ class _Fields:
         return np.frombuffer(self._packet, "<f4", count, self._offset)
 
     def _numbers(self, type_code: str, count: int) -> tuple[int, ...]:
-        """Read `count` numbers of the type that `struct` gives this code."""
+        """Read `count` numbers of the type that `struct` gives this code. Raises TevPacketError."""
         layout = struct.Struct(f"<{count}{type_code}")
         if self._offset + layout.size > len(self._packet):
             raise TevPacketError("it ends too early")

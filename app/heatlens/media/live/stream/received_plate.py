@@ -109,7 +109,7 @@ def _fill_missing(path: Path, image: TevImage, depth_key: str | None) -> NDArray
     Returns a mask (H, W) of the pixels whose depth is missing.
 
     Missing depth repeats values that have arrived, so that it does not influence the guess of the
-    depth convention.
+    depth convention. Raises InputError.
     """
     is_depth_missing = np.zeros((image.height, image.width), bool)
     for key, plane in image.planes.items():

@@ -112,7 +112,7 @@ def parse_channels(header: RawHeader) -> list[RawChannel]:
 
 
 def _read_header(file: BinaryIO) -> RawHeader:
-    """Read the attributes of one part, up to the empty name that ends them."""
+    """Read the attributes of one part, up to the empty name that ends them. Raises CutError."""
     header = {}
     while name := _read_name(file):
         if "\\x" in _read_name(

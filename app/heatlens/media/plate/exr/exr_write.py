@@ -107,7 +107,7 @@ def _prepare_channel(
 
 
 def _compression_constant(name: str) -> object:
-    """Return the library's constant for one of COMPRESSIONS."""
+    """Return the library's constant for one of COMPRESSIONS. Raises InputError."""
     if name not in COMPRESSIONS:
         raise InputError(f"No EXR compression {name!r}: choose one of {', '.join(COMPRESSIONS)}.")
     return getattr(OpenEXR, f"{'NO' if name == 'none' else name.upper()}_COMPRESSION")

@@ -71,7 +71,7 @@ class Cryptomatte:
         """Return the id of a name, or of `#1f2e3d4c`, which stands for a thing without a name.
 
         Other programs write such an id as `0x1f2e3d4c` or `1f2e3d4c`. The id of a name that the
-        manifest does not have is its hash, as in every renderer.
+        manifest does not have is its hash, as in every renderer. Raises InputError.
         """
         if name in self.ids:
             return self.ids[name]

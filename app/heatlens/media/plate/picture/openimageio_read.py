@@ -23,7 +23,7 @@ _LOG_TRANSFERS = ("Printing density", "Logarithmic")  # transfers in the header 
 
 
 def read_by_openimageio(path: Path) -> tuple[NDArray[np.generic], dict[str, object]]:
-    """Read values (H, W, C) in the type that the file has, and its metadata."""
+    """Read values (H, W, C) in the type that the file has, and its metadata. Raises InputError."""
     if importlib.util.find_spec("OpenImageIO") is None:
         raise InputError(
             f"{path} has more than 8 bits a channel, or is of a kind that needs OpenImageIO: "

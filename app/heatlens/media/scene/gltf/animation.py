@@ -163,7 +163,7 @@ def read_animation(gltf: GltfFile, tree: NodeTree, timing: SceneTiming) -> Anima
 
 
 def _select_animations(gltf: GltfFile, names: tuple[str, ...], clip: str | None) -> list[int]:
-    """Return the numbers of the animations that are played."""
+    """Return the numbers of the animations that are played. Raises InputError."""
     if clip is None:
         return list(range(len(names)))
     if clip in names:

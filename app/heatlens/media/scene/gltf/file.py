@@ -237,7 +237,7 @@ def open_gltf(path: Path) -> GltfFile:
 
 
 def _split_chunks(path: Path, data: bytes) -> tuple[bytes, bytes | None]:
-    """Return the JSON of a .glb, and its binary chunk if it has one."""
+    """Return the JSON of a .glb, and its binary chunk if it has one. Raises InputError."""
     if len(data) < _HEAD_BYTES:
         _raise_cut_short(path)
     version, length = struct.unpack_from("<II", data, 4)

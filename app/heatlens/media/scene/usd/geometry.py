@@ -129,7 +129,7 @@ def read_shape(materials: UsdMaterials, prim: UsdObject) -> list[Mesh]:
 
 
 def _make_shape(label: str, prim: UsdObject) -> Shape:
-    """Return the sphere, cube, plane, capsule, cylinder or cone of a prim."""
+    """Return the sphere, cube, plane, capsule, cylinder or cone of a prim. Raises InputError."""
     kind, lengths = kind_of(prim), _read_lengths(label, prim)
     axis = str(prim.GetAttribute("axis").Get()) if prim.HasAttribute("axis") else "Z"
     if axis not in ("X", "Y", "Z"):
@@ -150,7 +150,7 @@ def _make_shape(label: str, prim: UsdObject) -> Shape:
 
 
 def _read_lengths(label: str, prim: UsdObject) -> dict[str, float]:
-    """Return the lengths of a shape at their first values."""
+    """Return the lengths of a shape at their first values. Raises InputError."""
     first_time = usd_module("Usd").TimeCode.EarliestTime()
     lengths = {}
     for name in _LENGTH_NAMES:

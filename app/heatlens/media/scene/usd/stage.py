@@ -39,7 +39,7 @@ class UsdStage:
     ) -> FrameRange | None:
         """Return the frames in which a prim or one of its ancestors moves; None if none does.
 
-        The times of further attributes count as well.
+        The times of further attributes count as well. Raises InputError.
         """
         xformable = usd_module("UsdGeom").Xformable
         moving = (xformable(prim) for prim in _with_ancestors(prims) if prim.IsA(xformable))

@@ -64,7 +64,7 @@ class _GlProgram(LinkedProgram):
         return getattr(self.raw[name], "gl_type", None) not in _IMAGE_ARRAYS
 
     def _assign_units(self, names: Iterable[str]) -> None:
-        """Assign binding units 0, 1, .. to inputs of one kind."""
+        """Assign binding units 0, 1, .. to inputs of one kind. Raises ShaderError."""
         for unit, name in enumerate(names):
             member = self.raw[name]
             if isinstance(member, moderngl.StorageBlock):

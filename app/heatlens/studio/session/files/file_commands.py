@@ -103,7 +103,7 @@ class FileCommands(Commands, Worker):
         )
 
     def reload(self) -> None:
-        """Read the plate or the scene again as it is on disk now."""
+        """Read the plate or the scene again as it is on disk now, and notify the user."""
         opened = self._source.opened
         if opened is not None and opened.render_source is not None:
             framing = self._editing.shot.framing

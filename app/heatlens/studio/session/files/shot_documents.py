@@ -265,7 +265,7 @@ class ShotDocuments(Commands, Worker):
             self._open_document(Document(document.path, document.saved, document.saved))
 
     def _open_document(self, document: Document) -> None:
-        """Open the plate of a shot that has been read."""
+        """Open the plate of a shot that has been read, and notify the user."""
         document = document.for_clip(self._clip)
         shot = document.shot
         if shot.source is None:

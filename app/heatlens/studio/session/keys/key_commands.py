@@ -72,13 +72,13 @@ class KeyCommands(Commands):
         self._do(lambda shot: key_choice.delete_keys(shot, self.target_keys, frame))
 
     def copy(self) -> None:
-        """Copy the keys for `paste`."""
+        """Copy the keys for `paste`, and notify the user."""
         if self.target_keys:
             self._copied_keys = key_choice.copy_keys(self._editing.shot, self.target_keys)
             self._notify(f"{_count_words(len(self.target_keys))} copied.")
 
     def paste(self) -> None:
-        """Paste the copied keys from the playhead on."""
+        """Paste the copied keys from the playhead on, and notify the user."""
         if not self._copied_keys:
             self._notify("No keys were copied.")
             return

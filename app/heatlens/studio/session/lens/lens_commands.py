@@ -80,7 +80,7 @@ class KitCommands(Commands):
             self._mount(kit, kit_lens)
 
     def _mount(self, kit: LensKit, kit_lens: KitLens) -> None:
-        """Choose a kit and mount one of its lenses, as one undo step."""
+        """Choose a kit and mount one of its lenses, as one undo step, and notify the user."""
         editing = self._editing
         with report_errors(self._notify):
             lens = kit.mount(editing.lens, kit_lens)

@@ -49,7 +49,7 @@ class _Import(Commands, Generic[Imported]):
         self._reader.start(partial(self._read, path))
 
     def poll(self) -> None:
-        """Apply what was read to the shot; call this once a frame."""
+        """Apply what was read to the shot; call this once a frame. Notifies the user."""
         with report_errors(self._notify):
             if (imported := self._reader.poll()) is not None:
                 shot, sentence = self._apply(imported, self._path)
@@ -104,7 +104,7 @@ class FramingImport(Commands):
         self._reader.start(partial(read_canvases, path))
 
     def poll(self) -> None:
-        """Draw what was read; call this once a frame."""
+        """Draw what was read; call this once a frame. Notifies the user."""
         with report_errors(self._notify):
             if (imported := self._reader.poll()) is not None:
                 state = self._view.state

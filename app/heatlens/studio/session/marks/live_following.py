@@ -44,7 +44,7 @@ class LiveFollowing(Commands, Worker):
         return self._reader.is_busy
 
     def follow(self, mark: Mark) -> None:
-        """Let the focus follow a mark at all frames, in place of its keys."""
+        """Let the focus follow a mark at all frames, in place of its keys, and notify the user."""
         self._replace_keys(LiveFocus((Pursuit(mark.name),)))
         self._notify(f"The focus follows {mark.name}: it is measured at all frames.")
 

@@ -86,7 +86,7 @@ class MarkAnchors(Commands):
     def track(self, mark: Mark, point: PointMark) -> None:
         """Follow the surface at a point of this frame over all frames, and put a mark on it.
 
-        For a mark that is tracked already this is a correction.
+        For a mark that is tracked already this is a correction. Notifies the user.
         """
         cache, frames = self._timeline.cache, self._timeline.frames
         if cache is None or frames is None:

@@ -118,7 +118,7 @@ class MarkCommands(Commands, Worker):
         self._notify("Ctrl+Shift+click on the thing.")
 
     def _use_picked(self, mark: PointMark | MatteMark) -> None:
-        """Set a mark, or give its matte to the option that waits for one."""
+        """Set a mark, or give its matte to the option that waits for one, and notify the user."""
         receive, self._matte_receiver = self._matte_receiver, None
         if receive is None:
             used_names = [other.name for other in self._editing.shot.marks]
@@ -132,7 +132,7 @@ class MarkCommands(Commands, Worker):
             self._notify("No Cryptomatte or channel of ids tells a thing there: type its matte.")
 
     def _add(self, mark: Mark) -> None:
-        """Add a mark to the shot, and make it the target of the next pull."""
+        """Add a mark to the shot, and make it the target of the next pull, and notify the user."""
         self.pulls.note_new_mark(mark.name)
         self._editing.do(replace(self._editing.shot, marks=(*self._editing.shot.marks, mark)))
         anchor = MarkAnchor.of(mark)
@@ -159,7 +159,7 @@ class MarkCommands(Commands, Worker):
             self._editing.edit(replace(shot, marks=marks))
 
     def delete(self, mark: Mark) -> None:
-        """Delete the mark, unless the focus follows it."""
+        """Delete the mark, unless the focus follows it, and notify the user."""
         if self.live.live is not None and mark.name in self.live.live.marks:
             self._notify(f"The focus follows {mark.name}: let it go, or make keys, to delete it.")
             return
@@ -195,7 +195,7 @@ class MarkCommands(Commands, Worker):
             self._notify("Only points in a sequence or a scene can be followed.")
 
     def _measure_plates(self, cache: FrameCache, mark: Mark, frames: FrameRange) -> None:
-        """Measure a mark over the plates of some frames, on a thread."""
+        """Measure a mark over the plates of some frames, on a thread, and notify the user."""
         read_count = sum(1 for frame in frames if not isinstance(cache.get(frame), Plate))
         if read_count:
             self._notify(f"Reading {read_count} frames to follow {mark.name} ...")

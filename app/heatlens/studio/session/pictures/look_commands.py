@@ -39,7 +39,7 @@ class LookCommands(Commands):
         self._notify(f"Look {look.name} is kept.{key}")
 
     def use_number(self, index: int) -> None:
-        """Use the lens of a look; keyed parameters get a key at the playhead."""
+        """Use the lens of a look; keyed parameters get a key at the playhead. Notifies the user."""
         if index >= len(self.looks):
             self._notify(Problem(f"There are {len(self.looks)} looks. Shift+L keeps one."))
             return
@@ -91,7 +91,7 @@ class LookCommands(Commands):
     def compare_as_a(self, look: Look) -> None:
         """Make A the frame through the look, or through the current lens if A is this look already.
 
-        B stays a different look, or becomes the first other one.
+        B stays a different look, or becomes the first other one. Notifies the user.
         """
         state = self._look_comparison()
         other_names = [other_look.name for other_look in self.looks if other_look != look]
@@ -113,7 +113,7 @@ class LookCommands(Commands):
         return replace(state, against=Against.LOOK, compare=compare, a_look=a_look)
 
     def toggle_grid(self) -> None:
-        """Switch between a grid of up to four looks and the single picture."""
+        """Switch between a grid of up to four looks and the single picture, and notify the user."""
         is_on = self._view.state.compare is Compare.GRID
         if not is_on and not self.looks:
             self._notify(Problem("There are no looks yet. Shift+L keeps the lens as one."))

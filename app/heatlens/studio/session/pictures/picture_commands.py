@@ -159,7 +159,7 @@ class PictureCommands(Commands, Worker):
         return self._request is not None or self._writer.is_busy
 
     def copy(self) -> None:
-        """Put the picture on the clipboard once it is complete."""
+        """Put the picture on the clipboard once it is complete, and notify the user."""
         if self._source.plate is None:
             self._notify("Nothing is open to copy.")
         else:

@@ -38,7 +38,7 @@ class Ruler(Commands):
         return "" if plate.has_distances else "The plate holds its blur and no distances."
 
     def toggle(self) -> None:
-        """Switch the ruler on or off."""
+        """Switch the ruler on or off, and notify the user."""
         if self.switch_off():
             return
         self.is_on = True

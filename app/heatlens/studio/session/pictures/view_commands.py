@@ -169,7 +169,7 @@ class ViewCommands(Commands):
         self.change(difference_gain=DIFFERENCE_GAINS[index])
 
     def swap_b(self) -> None:
-        """Switch B between the reference and the pinhole picture."""
+        """Switch B between the reference and the pinhole picture, and notify the user."""
         is_reference = self._view.state.against is Against.REFERENCE
         new_side = Against.PINHOLE if is_reference else Against.REFERENCE
         if new_side is Against.REFERENCE and self._references.current is None:

@@ -248,7 +248,7 @@ class AheadJobs(Commands):
     def whole_picture_job(self, shot: Shot, frame: int) -> Callable[[], FrameJob] | None:
         """Return a function that makes the job of a whole picture, and may wait for a disk.
 
-        Return None if the source cannot be rendered again.
+        Return None if the source cannot be rendered again. Raises InputError.
         """
         opened, missing = self._source.opened, self._timeline.missing
         if opened is None or opened.render_source is None:

@@ -148,7 +148,7 @@ class SceneCommands(Commands):
         self._editing.do(replace(shot, marks=(*shot.marks, mark)))
 
     def follow(self, mark: ObjectMark, frames: FrameRange) -> None:
-        """Keep the focus on an object from in to out."""
+        """Keep the focus on an object from in to out, and notify the user."""
         name = mark.object_name
         with report_errors(self._notify):
             distances_m = {frame: self._depth_m(name, frame) for frame in frames}
@@ -159,7 +159,7 @@ class SceneCommands(Commands):
         """Look through a camera of the scene, with the lens values that the file has for it.
 
         Keys of the shot's own camera are removed, and keys of lens values in the file are replaced
-        by those of the file. All of this is one undo step.
+        by those of the file. All of this is one undo step. Notifies the user.
         """
         scene = self.scene
         if scene is None:
