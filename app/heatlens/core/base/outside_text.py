@@ -25,6 +25,7 @@ def printable(text: str, keep: str = "") -> str:
 
 
 def _is_shown_unescaped(letter: str, keep: str) -> bool:
+    """Return True for a letter that is visible, joins others, or is one of `keep`."""
     is_visible = unicodedata.category(letter) not in _HIDDEN_CATEGORIES
     return is_visible or letter in keep or letter in _JOINERS
 

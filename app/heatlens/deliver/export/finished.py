@@ -74,6 +74,7 @@ def _fingerprint(path: Path) -> str | None:
 
 
 def _exr_fingerprint(path: Path) -> str | None:
+    """Return the fingerprint of the job that wrote an EXR; None if it holds none."""
     with open_regular_file(path) as file:
         mark = scan_headers(file)[0].get(JOB_ATTRIBUTE)
     return None if mark is None else mark.decode("ascii", "replace")

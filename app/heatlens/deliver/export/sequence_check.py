@@ -104,5 +104,6 @@ def median_dioptres(plate: Plate) -> float | None:
 
 
 def _window_text(box: Box) -> str:
+    """Return the size of a data window, and its origin unless that is 0, 0."""
     origin = f" at {box.x0}, {box.y0}" if box.x0 or box.y0 else ""
     return f"{box.width}x{box.height}{origin}"

@@ -74,6 +74,7 @@ def _steps(job: FarmJob) -> list[dict[str, object]]:
 
 
 def _step(step: Step, needs: Needs) -> dict[str, object]:
+    """Return a step of the template: its name, its tasks, and what they run. Raises InputError."""
     space = {"parameterSpace": _parameters(step.parts)} if step.parts else {}
     return {"name": _check_printable(step.name), **space, **_script(step.words, needs)}
 
@@ -102,6 +103,7 @@ def _script(words: Sequence[Word], needs: Needs) -> dict[str, object]:
 
 
 def _word_template(word: Word) -> str:
+    """Return a word of the command, with references to its parameter. Raises InputError."""
     return word_text(
         word, lambda it: f"{{{{Param.{it.name}}}}}", "{{Task.Param.Frames}}", _check_template_text
     )
@@ -153,10 +155,12 @@ def _yaml_lines(value: object) -> list[str]:
 
 
 def _yaml_entry_lines(name: str, value: object) -> list[str]:
+    """Return the lines of one entry; a dict or a list begins below its name."""
     if isinstance(value, dict | list) and value:
         return [f"{name}:", *_indent(_yaml_lines(value), "  ")]
     return [f"{name}: {_yaml_lines(value)[0]}"]
 
 
 def _indent(lines: list[str], first: str) -> list[str]:
+    """Return the lines indented by two; `first`, of two letters, begins the first one."""
     return [f"{first}{lines[0]}", *(f"  {line}" for line in lines[1:])]

@@ -227,10 +227,12 @@ def _check_flag(name: str, value: object) -> bool:
 
 
 def _check_image(name: str, value: object) -> OpeningImage:
+    """Return the value as an opening's image; a text is a path to read. Raises InputError."""
     return value if isinstance(value, OpeningImage) else read_opening_image(check_text(name, value))
 
 
 def _known_distance(name: str, value: object) -> KnownDistance:
+    """Return the value as a known distance; a text is parsed. Raises InputError."""
     return (
         value if isinstance(value, KnownDistance) else parse_known_distance(check_text(name, value))
     )

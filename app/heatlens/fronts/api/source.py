@@ -75,6 +75,7 @@ class Source(FrameProperties, Closing):
         """Raise InputError if there is no such frame."""
 
     def _facts(self) -> FrameFacts:
+        """Return the facts of the first frame. Raises InputError if there is none."""
         if not self.frames:
             raise InputError("None of the shot's plates is on the disk.")
         return self._facts_at(self.frames[0])

@@ -84,6 +84,7 @@ def _writable_folder() -> Path:
 
 
 def _default_view() -> ViewTransform:
+    """Return the view transform of the default display and view."""
     config = load_color_config(path=None)
     display, view = config.default_display, config.default_view
     return view_transform(config, display, view, config.default_input_space)

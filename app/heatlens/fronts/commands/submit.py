@@ -160,6 +160,7 @@ def _places(
 
 
 def _config_place(color_files: Sequence[Path]) -> Iterator[Place]:
+    """Yield the place of the first of these files of a color configuration, if there are any."""
     if color_files:
         yield Place("Config", color_files[0], "FILE", "IN")
 

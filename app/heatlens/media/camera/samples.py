@@ -183,6 +183,7 @@ def _check_frames(frames: tuple[int, ...]) -> None:
 
 
 def _check_length(name: str, count: int, frames: tuple[int, ...]) -> None:
+    """Raise InputError if a track has not one value for each frame."""
     if count != len(frames):
         raise InputError(f"The {name} has {count} values for {len(frames)} frames.")
 
@@ -234,5 +235,6 @@ def with_nominal_f_stop(camera: CameraSamples) -> CameraSamples:
 
 
 def _range_text(f_stops: tuple[float, ...]) -> str:
+    """Return the f-stop, or the least and the greatest if they differ."""
     ends = f"f/{min(f_stops):.4g}", f"f/{max(f_stops):.4g}"
     return ends[0] if is_constant(f_stops) else f"{ends[0]} to {ends[1]}"

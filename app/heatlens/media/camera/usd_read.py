@@ -144,6 +144,7 @@ def _choose_camera(path: Path, cameras: list[UsdObject], prim_path: str | None) 
 
 
 def _check_projection(stage: _Stage) -> None:
+    """Raise InputError for an orthographic camera."""
     if stage.prim.GetAttribute("projection").Get() == "orthographic":
         raise InputError("the camera is orthographic: it has no lens.")
 

@@ -208,6 +208,7 @@ def view_transform(
 
 
 def _grade_transform(library: ModuleType, grade: Grade) -> object:
+    """Return the CDL of a grade as a transform of the OpenColorIO library."""
     slope, offset, power = map(list, (grade.slope, grade.offset, grade.power))
     return library.CDLTransform(slope=slope, offset=offset, power=power, sat=grade.saturation)
 

@@ -265,6 +265,7 @@ def _transition_notes(clip: Item) -> Iterator[str]:
 
 
 def _transition_note(transition: Any, position: str) -> str:
+    """Return the note with the --handles that the frames of a transition need."""
     frames = transition.out_offset.value + transition.in_offset.value
     return f"a transition of {frames:g} frames {position} needs --handles {math.ceil(frames / 2)}"
 

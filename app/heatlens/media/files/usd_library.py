@@ -171,5 +171,6 @@ def _number_array(value: object, width: int, subject: str) -> NDArray[UsdObject]
 
 
 def _number_error(value: UsdObject, subject: str) -> InputError:
+    """Return the error for a value that is not the number or vector expected."""
     value_text = " ".join(str(value).split())[:60]
     return InputError(f"{subject} is not a number, or has the wrong count: {value_text!r}.")

@@ -121,6 +121,7 @@ class ReadPixels:
         return self.color[area.y0 : area.y1, area.x0 : area.x1]
 
     def depth_in(self, area: Box) -> FloatImage:
+        """Return the depth of an area; the plate must have one."""
         assert self.depth_m is not None
         return self.depth_m[area.y0 : area.y1, area.x0 : area.x1]
 

@@ -100,7 +100,7 @@ def _triangulate_strip(strip: NDArray[np.generic]) -> NDArray[np.int64]:
     position = np.arange(len(corners))
     starts = np.maximum.accumulate(np.where(corners == -1, position + 1, 0))
     is_odd = (position[:-2] - starts[:-2]) % 2 == 1
-    rows[is_odd] = rows[is_odd][:, [1, 0, 2]]
+    rows[is_odd] = rows[is_odd][:, [1, 0, 2]]  # all wind the same way then
     is_complete = (rows >= 0).all(axis=1)
     has_area = (rows[:, 0] != rows[:, 1]) & (rows[:, 1] != rows[:, 2]) & (rows[:, 0] != rows[:, 2])
     return np.asarray(rows[is_complete & has_area])

@@ -119,6 +119,7 @@ class KeptSize:
 
     @property
     def _frames(self) -> Sequence[float]:
+        """Return the frames of the span; without one, that at which the size is measured."""
         span = self.shot.span
         return [self.frame] if span is None else [float(frame) for frame in span]
 

@@ -133,6 +133,7 @@ def _is_plate_file(name: str) -> bool:
 
 
 def _has_depth_name(name: str) -> bool:
+    """Return True if one of the words of a file's name says depth."""
     words = re.split(r"[^a-z]+", Path(name).stem.lower())
     return bool(_DEPTH_WORDS.intersection(words))
 

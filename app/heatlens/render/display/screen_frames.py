@@ -109,6 +109,7 @@ class ScreenFrames:
         return texture
 
     def _drop(self, key: str) -> None:
+        """Remove a frame, and release its texture."""
         frame = self._frames.pop(key)
         self.bytes_in_use -= _bytes(frame.texture.size)
         frame.texture.release()

@@ -32,6 +32,7 @@ class DrawTarget:
 
 
 def _are_same(textures: tuple[Texture, ...], other_textures: tuple[Texture, ...]) -> bool:
+    """Return True if both hold the same textures, not equal ones, in the same order."""
     return len(textures) == len(other_textures) and all(
         a is b for a, b in zip(textures, other_textures, strict=True)
     )

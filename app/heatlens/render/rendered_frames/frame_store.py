@@ -179,11 +179,13 @@ class FrameStore:
             self._notify_change()
 
     def _clear(self, disk: DiskStore) -> None:
+        """Delete the pictures on the disk; a problem is reported, not raised."""
         with self._report_problem("Rendered frames could not be deleted"):
             disk.clear()
         self._notify_change()
 
     def _resize(self, disk: DiskStore, limit_bytes: int) -> None:
+        """Set the limit of the disk and delete beyond it; a problem is reported, not raised."""
         with self._report_problem("Rendered frames could not be deleted"):
             disk.resize(limit_bytes)
         self._notify_change()

@@ -148,6 +148,7 @@ class Board:
             )
 
     def _is_remote(self, name: str) -> bool:
+        """Return True for a command or a request that pages may name."""
         named: Command | type[Request] | None = self._named.get(name, REQUESTS.get(name))
         return named is not None and named.is_remote
 
@@ -191,6 +192,7 @@ class Board:
         return name
 
     def _changing(self) -> dict[str, Changeable]:
+        """Return the objects that a message may change, by their names in messages."""
         facts = self.facts
         return {"lens": facts.lens, "blur": facts.shot.defocus, "view": facts.view}
 

@@ -96,5 +96,6 @@ def _guides_entry(guides: Guides, shape: PictureShape) -> dict[str, object] | No
 
 
 def _histogram_entry(histogram: DepthHistogram) -> dict[str, object]:
+    """Return the depth histogram for pages, its heights rounded."""
     heights = [round(float(height), _DIGITS) for height in histogram.heights]
     return {"heights": heights, "most_dioptres": histogram.most_dioptres}

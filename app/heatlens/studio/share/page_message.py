@@ -24,5 +24,6 @@ def _constant(name: str) -> object:
 
 
 def _is_shallow(value: object, left: int) -> bool:
+    """Return False if a value has more than `left` levels, its innermost values included."""
     inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     return left > 0 and all(_is_shallow(item, left - 1) for item in inner)

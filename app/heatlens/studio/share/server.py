@@ -249,6 +249,7 @@ class ShareServer:
 
 
 def _client_address(request: web.BaseRequest) -> str:
+    """Return the IP address of a client; "" if it has gone."""
     peer = None if request.transport is None else request.transport.get_extra_info("peername")
     return str(peer[0]) if peer else ""
 

@@ -165,10 +165,12 @@ class GlfwInput:
         )
 
     def _queue_event(self, event: Press | Release | Motion | Button | Wheel | Focus) -> None:
+        """Queue an event for the next frame, and wake the window for it."""
         self._queue.add(event)
         self._wake()
 
     def _queue_text(self, text: str) -> None:
+        """Queue typed text for the next frame, and wake the window for it."""
         self._queue.add_text(text)
         self._wake()
 

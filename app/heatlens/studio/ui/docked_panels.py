@@ -211,6 +211,7 @@ class DockedPanels:
             draw_exports(self._ui.files, self._session.pictures)
 
     def _draw_speed(self) -> None:
+        """Draw the times of playback, upload and rendering."""
         pictures, upload_s = self._session.pictures, self._session.source.picture.upload_s
         speed_rows(self._time.speed, upload_s, pictures.live.output, pictures.renderer)
 

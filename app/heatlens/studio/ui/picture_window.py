@@ -215,6 +215,7 @@ class PictureWindow:
             )
 
     def _place_enlarged(self, enlarged: PlacedPicture) -> None:
+        """Show a picture over the viewport's own, enlarged smoothly."""
         enlarged.texture.sampling = Sampling.LINEAR
         self.viewport.place_over([enlarged])
 

@@ -106,6 +106,7 @@ def _why_not(board: Board, control: TimeControl, panel: str, words: str) -> str:
 
 
 def _open_panel(ui: UiState, panel: str, words: str) -> None:
+    """Open a panel, and bring its setting of these words into view."""
     ui.panels[panel] = True
     show_setting(panel, words)
 

@@ -103,6 +103,7 @@ def change_words(before: Shot, after: Shot) -> str:
 
 
 def _changed_lens_names(before: Shot, after: Shot) -> list[str]:
+    """Return the names, as the window shows them, of the lens values that differ."""
     options = options_of(Lens)
     return [_field_words(name, options) for name in _differing_fields(before.lens, after.lens)]
 

@@ -57,6 +57,7 @@ def pivot_of(pose: Pose, distance_m: float) -> Vector:
 
 
 def _translate(pose: Pose, by_m: Array) -> Pose:
+    """Return the pose, moved by a vector in the world."""
     matrix = pose.camera_to_world
     matrix[:3, 3] += by_m
     return pose_of(matrix)

@@ -153,6 +153,7 @@ def _camera_lines(cameras: list[Facts]) -> list[Line]:
 
 
 def _camera_details(camera: Facts) -> str:
+    """Return what the list of cameras says besides the lens: an assumed sensor, motion."""
     assumed_text = " (assumed: the file has only its angle of view)"
     moves_text = ", moves" if camera["moves"] else ""
     return (assumed_text if camera["sensor_width_assumed"] else "") + moves_text

@@ -90,11 +90,13 @@ def _values(report: Report) -> dict[str, object]:
 
 
 def _place_of_crop(report: Report, number: int, box: Box) -> ComparedArea:
+    """Return the crops of all pictures at the box of this number."""
     crops = tuple(_crop(report, name, light, number, box) for name, light in whole_pictures(report))
     return ComparedArea(number, box, _outline(box, report.size), crops)
 
 
 def _crop(report: Report, name: str, light: FloatImage, number: int, box: Box) -> Crop:
+    """Return the crop of the picture `name`, with its mean FLIP from the reference."""
     title = {REFERENCE: _reference_title(report), SHARP: "before the lens"}.get(name, name)
     flip = None if name == REFERENCE else flip_inside(light, report.reference.pixels, box)
     return Crop(crop_name(name, number), title, flip)

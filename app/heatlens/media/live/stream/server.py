@@ -265,6 +265,7 @@ class TevServer(Closing):
             self._file, self._has_changed_images = path, True
 
     def _count_dropped_packet(self, reason: str) -> None:
+        """Count a dropped packet, and report why it was dropped."""
         self.dropped += 1
         self._report_fault(f"A packet was dropped: {reason}.")
 

@@ -161,6 +161,7 @@ def _composite_groups(fragments: Fragments, begins: NDArray[np.bool_]) -> Fragme
 
 
 def _dioptres(depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the depths as dioptres, in 32 bits."""
     dioptres: NDArray[np.float32] = np.float32(1.0) / depth_m
     return dioptres
 

@@ -169,6 +169,7 @@ class GltfLights:
         self.notes[f"{words}{ending}."] = None
 
     def _brightest_intensity(self) -> float:
+        """Return the greatest channel of the lamps and of the sun."""
         lamps = [max(light.intensity) for light in self.lights]
         return max([*lamps, max(self.daylight.sun)])
 

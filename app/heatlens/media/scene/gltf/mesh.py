@@ -168,7 +168,8 @@ class GltfMeshes:
         """Return a mesh of the triangles of a primitive, with material `number`."""
         layout, material = self.materials.layouts[number], self.materials.materials[number]
         uvs = [vertices.floats(f"TEXCOORD_{n}", 2) for n in layout.sets]
-        self._check_maps(vertices, material, any(uv_set is None for uv_set in uvs))
+        lacks_uvs = any(uv_set is None for uv_set in uvs)
+        self._note_unused_maps(vertices, material, lacks_uvs)
         if uvs[0] is not None and material.map_places is None:
             uvs[0] = layout.shared.transform(uvs[0])
         mesh = make_mesh(
@@ -188,7 +189,7 @@ class GltfMeshes:
         """Return points or lines as thin solids, in the colors of their vertices."""
         are_some_left_out = self._thin_count > POINTS_MOST
         self.gltf.note_loss(_THIN_NOTE + _LEFT_OUT_WORDS * are_some_left_out, vertices.primitive)
-        self._check_maps(vertices, self.materials.materials[number], is_without=True)
+        self._note_unused_maps(vertices, self.materials.materials[number], lacks_uvs=True)
         corners = vertices.corners()
         positions, triangles, sources = make_thin_solids(
             vertices.positions.astype(float), corners, mode, self._thin_count
@@ -199,9 +200,9 @@ class GltfMeshes:
         mesh = make_mesh(label, floats, triangles, None, None, number, tints)
         return replace(mesh, sources=None if mesh.sources is None else sources[mesh.sources])
 
-    def _check_maps(self, vertices: Vertices, material: Material, is_without: bool) -> None:
-        """Add a note if a surface is without texture coordinates but its material has pictures."""
-        if is_without and any(number is not None for number in material.maps):
+    def _note_unused_maps(self, vertices: Vertices, material: Material, lacks_uvs: bool) -> None:
+        """Add a note if a surface lacks texture coordinates but its material has pictures."""
+        if lacks_uvs and any(number is not None for number in material.maps):
             self.gltf.note_loss(_UNTEXTURED_NOTE, vertices.primitive)
 
     def _describe(self, vertices: Vertices) -> str:

@@ -287,6 +287,7 @@ class LivePicture:
         return self.cost.predict_seconds(settings, self._pixel_count(settings))
 
     def _pixel_count(self, settings: DefocusSettings) -> int:
+        """Return the number of pixels at the proxy resolution of the settings."""
         width, height = proxy_size(self._renderer.loaded.color.size, settings.proxy)
         return width * height
 

@@ -205,6 +205,7 @@ class WholePictures(RemoteRenderer):
         return self._wait_and_upload(shot, frame, slot)
 
     def cancel(self) -> None:
+        """Cancel the request for a picture, if one is pending."""
         if self._is_requested:
             self._is_requested = False
             self._cluster.cancel_whole()

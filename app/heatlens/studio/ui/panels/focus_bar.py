@@ -247,5 +247,6 @@ class _Bar:
 
 
 def _window_color() -> tuple[float, float, float]:
+    """Return red, green and blue of the background of windows."""
     color = imgui.get_style().color_(imgui.Col_.window_bg)
     return color.x, color.y, color.z

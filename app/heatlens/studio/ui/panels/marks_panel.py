@@ -252,5 +252,6 @@ def _placed_marks(facts: Facts) -> Iterator[tuple[Mark, PointMark | TrackedPoint
 
 
 def _window_point(facts: Facts, view: PictureView, point: PointMark | TrackedPoint) -> Point:
+    """Return where the center of a mark's pixel is in the window."""
     picture_point = facts.picture_point((point.x_px + 0.5, point.y_px + 0.5))
     return view.geometry.window_at_picture(picture_point)

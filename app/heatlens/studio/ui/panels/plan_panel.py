@@ -139,6 +139,7 @@ class _Drawing:
         ]
 
     def _draw_plane(self, dioptres: float, color: int, width_em: float) -> None:
+        """Draw the plane `dioptres` nearer than the focus, `width_em` thick."""
         for first, last in pairwise(self._plane_points(dioptres)):
             self._draw_list.add_line(first, last, color, width_em * self._em)
 

@@ -108,6 +108,7 @@ class ReelStills:
 
     @property
     def _look(self) -> tuple[object, ...]:
+        """Return what the colors of the stills depend on besides their light."""
         view = self._board.facts.view
         return view.exposure_stops, view.gamma, self._screen.transform_version
 

@@ -176,6 +176,7 @@ def _distance_words(distance_m: float, unit: str) -> str:
 
 
 def _pixel_share_words(count: int, plate: Plate) -> str:
+    """Return a count of pixels, and the percentage of the data window."""
     share = count / (plate.data_window.width * plate.data_window.height)
     return f"{count} pixels, {100 * share:.3g} %"
 

@@ -139,6 +139,7 @@ class SeenPictures:
         return self._board.facts.lens if look is None else look.lens
 
     def _lens_of_b(self, view: ViewState) -> Lens:
+        """Return the lens of B: of the look in it, else the shot's."""
         look = look_named(self._board.facts.shot, view.b_look) if is_look_b(view) else None
         return self._board.facts.lens if look is None else look.lens
 
@@ -193,5 +194,6 @@ class SeenPictures:
         return Tile(look.name, printable(words), texture, texture.width != width, is_current_lens)
 
     def _lens_words(self, lens: Lens) -> str:
+        """Return focal length, f-stop and focus distance in short."""
         distance = texts.measured_label(lens, lens.focus_distance_m, self._board.facts.view.unit)
         return f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}  at {distance}"

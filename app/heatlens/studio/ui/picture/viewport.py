@@ -109,6 +109,7 @@ class ViewportPanel:
         self.picture_view.viewport = self.cells[self._hovered_cell or 0]
 
     def _clicked_tile(self) -> int | None:
+        """Return the tile that was clicked in this frame, or None."""
         is_clicked = imgui.is_item_hovered() and imgui.is_mouse_clicked(imgui.MouseButton_.left)
         return self._hovered_cell if is_clicked else None
 

@@ -195,6 +195,7 @@ def _draw_background(unit: str, axis: CurveAxis, scale: TimeScale, heights: Heig
 
 
 def _corners(scale: TimeScale, heights: Heights) -> tuple[ImVec2, ImVec2]:
+    """Return the top left and the bottom right corner of the curves' area."""
     end = ImVec2(scale.x + scale.width, heights.y + heights.height)
     return ImVec2(scale.x, heights.y), end
 

@@ -115,6 +115,7 @@ def _draw_limits(control: TimeControl) -> None:
 
 
 def _megabytes_field(name: str, value: int, hint: str, control: TimeControl) -> int:
+    """Draw a field for a limit in megabytes; return the value. Empty text means 0."""
     value_text = f"{value} MB" if value else ""
     return widgets.text_field(name, value_text, value, _parse_megabytes, control.notify, hint)
 
