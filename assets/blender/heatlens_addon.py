@@ -151,8 +151,9 @@ def camera_file(scene, frames):
 class PlateSettings:
     """What a plate needs of a scene; `restore` puts back all that was changed."""
 
-    def __init__(self, scene, view_layer, path, samples=None):
+    def __init__(self, scene, view_layer, path, samples=None, hidden=()):
         wanted = plate_settings(scene, view_layer, path, samples)
+        wanted += [(thing, "visible_camera", False) for thing in hidden]  # shadows of it stay
         self._before = [(owner, name, getattr(owner, name)) for owner, name, _ in wanted]
         _set_all(wanted)
 
@@ -205,6 +206,11 @@ def plate_name(scene):
     stem = Path(bpy.data.filepath).stem or "untitled"
     words = (stem, scene.name, camera_of(scene).name)
     return "_".join("".join(c if c.isalnum() else "-" for c in word) for word in words)
+
+
+def behind_name(scene):
+    """Return the name of the plate without the foreground."""
+    return f"{plate_name(scene)}_behind"
 
 
 def shot_path(scene):
@@ -282,14 +288,14 @@ class HEATLENS_OT_render_plate(bpy.types.Operator):
     def _begin(self, context, how):
         scene = context.scene
         try:
-            _PLATE.begin(scene, context.view_layer, self.animation)
+            _PLATE.begin(scene, context.view_layer, self.animation, how)
         except (NoCameraError, OSError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         if left := left_out(camera_of(scene).data.dof):
             self.report({"WARNING"}, left)
         try:
-            bpy.ops.render.render(how, animation=self.animation, write_still=not self.animation)
+            _PLATE.render_passes()
         except RuntimeError as error:
             _PLATE.give_up()
             self.report({"ERROR"}, str(error))
@@ -298,29 +304,53 @@ class HEATLENS_OT_render_plate(bpy.types.Operator):
 
 
 class PlateRender:
-    """A plate that is being rendered: its settings, and what happens when it is done."""
+    """A plate that is being rendered: its settings, and what happens when it is done.
+
+    Where the scene names a foreground, a second pass without it shows what is behind.
+    """
 
     def __init__(self):
         self.settings = None
-        self._scene = ""
+        self._scene = self._view_layer = self._how = ""
         self._frames = range(0)
+        self._passes = []  # names of the passes that are still to be rendered
 
-    def begin(self, scene, view_layer, animation):
-        """Write the lens, set the scene up, and wait for the end of the rendering."""
+    def begin(self, scene, view_layer, animation, how):
+        """Write the lens, and note the passes."""
         first = scene.frame_start if animation else scene.frame_current
         last = scene.frame_end if animation else scene.frame_current
         self._scene, self._frames = scene.name, range(first, last + 1)
+        self._view_layer, self._how = view_layer.name, how
         plate_folder(scene).mkdir(parents=True, exist_ok=True)
         lens = json.dumps(camera_file(scene, self._frames), indent=1)
         (plate_folder(scene) / f"{plate_name(scene)}.camera.json").write_text(lens)
-        number = "####" if animation else f"{first:04d}"
-        path = plate_folder(scene) / f"{plate_name(scene)}.{number}"
-        self.settings = PlateSettings(scene, view_layer, str(path))
+        self._passes = [plate_name(scene)]
+        if scene.heatlens.foreground is not None:
+            self._passes.append(behind_name(scene))
+
+    def render_passes(self):
+        """Render all passes, or in the window of Blender the next one: its end begins another."""
+        while self._passes:
+            self._render_pass(self._passes.pop(0))
+            if self._how == "INVOKE_DEFAULT":
+                return
+
+    def _render_pass(self, name):
+        """Set the scene up, wait for the end of the rendering, and begin it."""
+        scene = bpy.data.scenes[self._scene]
+        is_range = len(self._frames) > 1
+        number = "####" if is_range else f"{self._frames[0]:04d}"
+        path = str(plate_folder(scene) / f"{name}.{number}")
+        hidden = scene.heatlens.foreground.all_objects if name != plate_name(scene) else ()
+        layer = scene.view_layers[self._view_layer]
+        self.settings = PlateSettings(scene, layer, path, hidden=tuple(hidden))
         bpy.app.handlers.render_complete.append(self._completed)
         bpy.app.handlers.render_cancel.append(self._cancelled)
+        bpy.ops.render.render(self._how, animation=is_range, write_still=not is_range)
 
     def give_up(self):
         """Put the scene back where no rendering has begun."""
+        self._passes = []
         if self.settings is not None:
             self._stop_waiting()
             self._finish(is_whole=False)
@@ -329,6 +359,7 @@ class PlateRender:
         self._end(is_whole=True)
 
     def _cancelled(self, scene, _=None):
+        self._passes = []
         self._end(is_whole=False)
 
     def _end(self, is_whole):
@@ -346,7 +377,10 @@ class PlateRender:
     def _finish(self, is_whole):
         self.settings.restore()
         self.settings = None
-        if is_whole:
+        if self._passes:
+            if self._how == "INVOKE_DEFAULT":
+                self.render_passes()
+        elif is_whole:
             open_plate(bpy.data.scenes[self._scene], self._frames)
 
 
@@ -357,7 +391,9 @@ def open_plate(scene, frames):
     plate, lens = folder / f"{name}.{number}.exr", folder / f"{name}.camera.json"
     try:
         if scene.heatlens.new_shot or not shot.exists():
-            words = ("--frames", f"{frames[0]}-{frames[-1]}") if len(frames) > 1 else ()
+            words = ["--frames", f"{frames[0]}-{frames[-1]}"] if len(frames) > 1 else []
+            if scene.heatlens.foreground is not None:
+                words += ["--behind", folder / f"{behind_name(scene)}.{number}.exr"]
             ran("shot", "new", plate, "--camera", lens, "-o", shot, "--overwrite", *words)
             _FOLLOW.know(shot)
         if scene.heatlens.open_window and not bpy.app.background:
@@ -878,6 +914,12 @@ class HeatlensSettings(bpy.types.PropertyGroup):
         description='Render the shot whenever heatlens saves it, into the image "heatlens"',
         default=True,
     )
+    foreground: PointerProperty(
+        name="Foreground",
+        description="A collection without which the plate is rendered once more, so that heatlens "
+        "knows what is behind it",
+        type=bpy.types.Collection,
+    )
     denoise: BoolProperty(
         name="Denoise",
         description="Denoise the colour of the plate, whatever the scene says; depth has no noise",
@@ -919,6 +961,7 @@ class HEATLENS_PT_panel(bpy.types.Panel):
         row = layout.row(align=True)
         row.operator("heatlens.render_plate", text="Frame").animation = False
         row.operator("heatlens.render_plate", text="Range").animation = True
+        layout.prop(settings, "foreground")
         layout.prop(settings, "denoise")
         layout.prop(settings, "new_shot")
         layout.prop(settings, "open_window")

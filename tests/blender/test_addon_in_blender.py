@@ -84,9 +84,15 @@ if hasattr(render.image_settings, "media_type"):
     render.image_settings.media_type = "IMAGE"
 render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"
 bpy.ops.render.render(write_still=True)
+front = bpy.data.collections.new("front")
+scene.collection.children.link(front)
+cube = bpy.data.objects["Cube"]
+front.objects.link(cube)
+scene.heatlens.foreground = front
 scene.heatlens.folder += "_left_out"
 dof.aperture_ratio, dof.aperture_blades = 0.7, 40
 bpy.ops.heatlens.render_plate()
+facts["is_cube_seen"] = cube.visible_camera
 facts["left_out"] = module._FOLLOW.message
 facts["camera"] = scene.camera.data.name == data.name
 facts["followed"] = module._FOLLOW.message
@@ -173,5 +179,11 @@ def test_addon_renders_plate_sends_live_picture_and_reads_lens_back(tmp_path, ex
     composited = rgb_of(tmp_path / "composited.exr")
     np.testing.assert_allclose(composited, rendered, rtol=1e-3, atol=1e-5)
     assert "ratio 0.7" in facts["left_out"] and "40 blades" in facts["left_out"]
-    second_lens = read_shot(next(folder.with_name("plates_left_out").glob("*.heatlens.json"))).lens
-    assert (second_lens.blades, second_lens.squeeze) == (0, 1.0)
+    second_folder = folder.with_name("plates_left_out")
+    second_shot = read_shot(next(second_folder.glob("*.heatlens.json")))
+    assert (second_shot.lens.blades, second_shot.lens.squeeze) == (0, 1.0)
+    # Without the foreground the middle of the plate shows the sky, and the shot knows the file.
+    (behind_file,) = second_shot.plate_options.behind
+    behind_plate = read_plate(Path(behind_file))
+    assert behind_plate.depth_m is not None and plate.depth_m[13, 24] < 12
+    assert behind_plate.depth_m[13, 24] > 1000 and facts["is_cube_seen"]

@@ -21,7 +21,7 @@ from heatlens.media.live.stream.received_plate import LENS_IMAGE
 def fake_bpy_modules() -> dict[str, ModuleType]:
     """Return fake modules `bpy` and `bpy.props` with what the add-on needs to be imported."""
     bpy, props = ModuleType("bpy"), ModuleType("bpy.props")
-    kinds = ("Operator", "Panel", "PropertyGroup", "AddonPreferences")
+    kinds = ("Operator", "Panel", "PropertyGroup", "AddonPreferences", "Collection")
     bpy.types = SimpleNamespace(**{kind: type(kind, (), {}) for kind in kinds})
     for name in ("Bool", "Int", "Pointer", "String"):
         setattr(props, f"{name}Property", lambda **words: None)
