@@ -150,7 +150,7 @@ def test_command_line_and_python_api_accept_new_opening_field(tmp_path):
         else:
             raise AssertionError("not handed to the lens")
         try:
-            main(["render", "--help"])
+            main(["render", "--help-all"])
         except SystemExit:
             pass
         """,

@@ -39,9 +39,9 @@ COMMANDS = list(parsers(build_parser()))
 
 
 def options_with_values(parser):
-    """Yield the options of a parser that take values."""
+    """Yield the options of a parser that take values; --help ends the program."""
     for action in parser._actions:
-        if action.option_strings and action.nargs != 0:
+        if action.option_strings and action.nargs != 0 and action.dest != "help":
             yield action
 
 

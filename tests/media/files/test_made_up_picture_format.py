@@ -115,7 +115,7 @@ def test_export_refuses_to_overwrite_files_of_others(capsys, tmp_path, shot_file
 @pytest.mark.parametrize("command", ["render", "export"])
 def test_help_lists_new_picture_format(capsys, command):
     with pytest.raises(SystemExit):
-        main([command, "--help"])
+        main([command, "--help-all"])
     assert ".numbers (12 bits, as lines)" in " ".join(capsys.readouterr().out.split())
 
 

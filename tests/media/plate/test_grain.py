@@ -175,7 +175,7 @@ def test_read_plate_rejects_despike_for_deep_file(tmp_path):
 def test_despike_is_an_option_of_every_command_that_reads_plates(capsys):
     for command in ("render", "export", "view", "info"):
         with pytest.raises(SystemExit) as exit_info:
-            main([command, "--help"])
+            main([command, "--help-all"])
         assert exit_info.value.code == 0 and "--despike" in capsys.readouterr().out
 
 

@@ -63,7 +63,7 @@ def test_new_kind_of_mark_works_in_command_line_and_shot_file(tmp_path, capsys):
     main(["shot", "show", str(out)])
     assert "row 3" in capsys.readouterr().out
     with pytest.raises(SystemExit):
-        main(["shot", "new", "--help"])
+        main(["shot", "new", "--help-all"])
     assert "NAME=row:ROW" in "".join(capsys.readouterr().out.split("\n"))
 
 

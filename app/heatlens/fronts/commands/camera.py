@@ -87,7 +87,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_send_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("sending live, instead of a file or in addition to it")
+    group = parser.add_argument_group("sending live", "Instead of a file, or in addition to it.")
     group.add_argument(
         "--send",
         metavar="PROTOCOL[://HOST:PORT]",

@@ -17,6 +17,7 @@ from heatlens.fronts.commands.options.option_suggestion import (
     is_other_program_option,
     option_suggestion,
 )
+from heatlens.fronts.commands.output.help_page import add_help_options
 from heatlens.version import __version__
 
 _EPILOG = """\
@@ -45,7 +46,8 @@ class _Parser(argparse.ArgumentParser):
 
     def __init__(self, *args: Any, **options: Any) -> None:
         """Make a parser with the options that all commands have."""
-        super().__init__(*args, **options)
+        super().__init__(*args, **options | {"add_help": False})
+        add_help_options(self)
         self.add_argument(
             "-q",
             "--quiet",

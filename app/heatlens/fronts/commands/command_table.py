@@ -61,6 +61,8 @@ def put_command_first(argv: Sequence[str]) -> list[str]:
     if not words:
         return ["view"]
     first, other_words = words[0], words[1:]
+    if first in ("-h", "--help") and other_words:
+        first = "help"
     if first in _QUIET_OPTIONS:
         command, *command_words = put_command_first(other_words)
         return [command, first, *command_words]

@@ -68,13 +68,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print JSON for programs; see above")
     add_plate_options(parser)
-    lens = parser.add_argument_group("the lens, for --depth-kind radial without one in the header")
+    lens = parser.add_argument_group("lens", "For --depth-kind radial, if the header has none.")
     lens.add_argument("--focal-length", type=parse_number, metavar="MM", help="focal length in mm")
     lens.add_argument(
         "--sensor-width", type=parse_number, metavar="MM", help="width of the sensor in mm"
     )
     add_media_options(parser)
-    add_placing_options(parser.add_argument_group("for a 3D scene whose file does not define it"))
+    add_placing_options(parser.add_argument_group("3D scene", "For a file that does not say it."))
 
 
 def run(args: argparse.Namespace) -> int:

@@ -86,8 +86,9 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         required=True,
-        help=f".exr; for viewing, without overscan: {words_written()}; or - for an EXR on standard "
-        "output. Replaces an existing file, and makes one missing folder",
+        help="the picture, such as out.exr; for viewing, without overscan: "
+        f"{words_written()}; or - for an EXR on standard output. Replaces an existing file, and "
+        "makes one missing folder",
     )
     parser.add_argument(
         "--behind-out",
