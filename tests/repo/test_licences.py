@@ -1,4 +1,4 @@
-"""README's section on licences names whatever heatlens installs that is not permissive."""
+"""The manual's section on licences names whatever heatlens installs that is not permissive."""
 
 import importlib.metadata
 import re
@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-_, _, README_SECTION = (ROOT / "README.md").read_text().partition("\n## Licence\n")
+_, _, MANUAL_SECTION = (ROOT / "app/MANUAL.md").read_text().partition("\n### Licences\n")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 USED = [extra for name, extra in PROJECT["optional-dependencies"].items() if name != "test"]
 NEEDED = sorted(
@@ -39,12 +39,12 @@ def licence_of(name: str) -> str:
 
 
 @pytest.mark.parametrize("name", NEEDED)
-def test_non_permissive_packages_are_named_in_readme(name):
+def test_non_permissive_packages_are_named_in_manual(name):
     try:
         licence = licence_of(name)
     except importlib.metadata.PackageNotFoundError:
         pytest.skip(f"{name} is not installed")
-    assert PERMISSIVE.search(licence) or f"`{name}`" in README_SECTION, licence
+    assert PERMISSIVE.search(licence) or f"`{name}`" in MANUAL_SECTION, licence
     files = map(str, importlib.metadata.files(name) or ())
     for library in {match[1] for match in map(COPYLEFT.search, files) if match}:
-        assert f"`{name}`" in README_SECTION and library in README_SECTION
+        assert f"`{name}`" in MANUAL_SECTION and library in MANUAL_SECTION

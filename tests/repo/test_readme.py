@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from heatlens import __version__
 from heatlens.fronts.commands.command_parser import build_parser
@@ -35,8 +36,8 @@ def test_ci_runs_test_command_of_readme() -> None:
     assert command in (ROOT / ".ci" / "run").read_text().splitlines()
 
 
-def test_pictures_of_readme_exist() -> None:
-    text = (ROOT / "README.md").read_text()
+def test_pictures_of_readme_and_manual_exist() -> None:
+    text = (ROOT / "README.md").read_text() + MANUAL.read_text(encoding="utf-8")
     for name in (
         "still_life.exr",
         "focus_fruit.png",
@@ -52,11 +53,12 @@ def test_pictures_of_readme_exist() -> None:
         assert (ROOT / "assets" / name).stat().st_size > 10_000
 
 
-def test_python_example_of_readme_runs(
+def test_python_example_of_manual_runs(
     session_context: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)  # it writes a picture
-    text = (ROOT / "README.md").read_text().split("```python\n")[1].split("```")[0]
+    section = MANUAL.read_text(encoding="utf-8").partition("### From Python\n")[2]
+    text = section.split("```python\n")[1].split("```")[0]
     code = text.replace("assets/", f"{ROOT.as_posix()}/assets/")
     depth_m = np.linspace(2.0, 6.0, 12, dtype=np.float32).reshape(3, 4)
     names: dict[str, object] = {"color": np.ones((3, 4, 3)), "depth_m": depth_m}
@@ -126,7 +128,6 @@ def test_documented_commands_run_in_order(tmp_path, monkeypatch, capsys):
         assert main(shlex.split(line, comments=True)[1:]) == 0, (line, capsys.readouterr().err)
     assert opened_sources == [
         "assets/still_life.exr",
-        "demo",
         "pull.heatlens.json",
         "assets/still_life.exr",
     ]
@@ -142,8 +143,13 @@ def test_manual_lists_all_exit_codes():
 
 def test_citation_has_current_version_and_authors():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    readme = (ROOT / "README.md").read_text()
-    (entry,) = re.findall(r"@software\{heatlens,\n(.*?)\n\}", readme, re.S)
-    citation = dict(re.findall(r"(\w+) *= \{+(.*?)\}+,?$", entry, re.M))
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert citation["version"] == __version__
-    assert [citation["author"]] == [author["name"] for author in project["authors"]]
+    assert citation["authors"] == project["authors"]
+    assert citation["license"] == project["license"]
+
+
+def test_readme_is_read_in_one_sitting():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    words = re.sub(r"```.*?```", "", text, flags=re.DOTALL).split()
+    assert len(text.splitlines()) <= 140 and len(words) <= 1500

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-FILES = {".gitignore", ".pre-commit-config.yaml", "LICENSE", "README.md", "pyproject.toml"}
+FILES = {".gitignore", ".pre-commit-config.yaml", "CITATION.cff", "LICENSE", "README.md"}
+FILES |= {"pyproject.toml"}
 FOLDERS = {".ci", ".github", "app", "assets", "shaders", "tests"}
 
 
