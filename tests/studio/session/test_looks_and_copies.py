@@ -189,7 +189,6 @@ def test_saved_picture_equals_the_render_and_never_overwrites_source(grid, rende
 
 
 def test_copy_reports_when_nothing_is_open(tmp_path):
-
     session = begin_session(tmp_path / "preferences")
     session.pictures.saving.copy()
     assert session.messages.text and not session.pictures.saving.is_busy
