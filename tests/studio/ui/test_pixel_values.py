@@ -11,7 +11,7 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.coc import coc_line, coc_px, sharp_px
 from heatlens.core.model.units import format_distance
 from heatlens.core.model.view.view import Against, Compare
-from heatlens.render.display.probe import read_texels
+from heatlens.render.display.pixel_reading import read_texels
 from heatlens.render.gpu.textures import download
 from heatlens.studio.ui import status_bar
 from heatlens.studio.ui.picture.pixel_values import value_words
@@ -90,7 +90,7 @@ def test_status_bar_shows_the_sharp_range_for_focus_at_the_pointer(gui):
 
 def test_sharp_range_at_the_pointer_ends_at_acceptable_blur(gui, monkeypatch):
     gui.settled()
-    calls = watch_calls(monkeypatch, status_bar, "probe_text")
+    calls = watch_calls(monkeypatch, status_bar, "reading_text")
     gui.screen.status.words(BALL)
     reading, *_ = calls[0]
     lens = gui.session.facts.lens

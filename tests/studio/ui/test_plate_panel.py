@@ -13,7 +13,7 @@ from heatlens.media.plate.depth_read import planar_depth_m
 from heatlens.media.plate.header.camera_header import lens_attributes
 from heatlens.media.plate.header.channel_choice import color_layers_among, depth_channels_first
 from heatlens.media.plate.read import read_plate
-from heatlens.render.display.probe import visible_depth_m
+from heatlens.render.display.pixel_reading import visible_depth_m
 from heatlens.studio.settings.preferences import Preferences
 from support.exr_files import rgb, write_file
 from support.gui import gui_of

@@ -101,17 +101,17 @@ def own_host(address: str) -> str:
     parts = urlsplit(address)
     addresses = socket.getaddrinfo(parts.hostname, parts.port, type=socket.SOCK_DGRAM)
     family, kind, protocol, _, socket_address = addresses[0]
-    with socket.socket(family, kind, protocol) as probe:
-        probe.connect(socket_address)  # a datagram socket sends nothing for this
-        return str(probe.getsockname()[0])
+    with socket.socket(family, kind, protocol) as datagrams:
+        datagrams.connect(socket_address)  # a datagram socket sends nothing for this
+        return str(datagrams.getsockname()[0])
 
 
 def check_own_address(host: str) -> None:
     """Raise InputError if this machine cannot listen on the address `host`."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
-        with socket.socket(family, socket.SOCK_STREAM) as probe:
-            probe.bind((host, 0))
+        with socket.socket(family, socket.SOCK_STREAM) as listener:
+            listener.bind((host, 0))
     except (OSError, UnicodeError) as error:
         raise InputError(
             f"--host {host} is no address of this machine to listen on ({error}): name one that "

@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 from heatlens.core.base.messages import window_words
 from heatlens.core.model.focus.plausibility import Doubt, find_doubts
 from heatlens.media.plate.plate import depth_span
-from heatlens.render.display.probe import visible_depth_m
+from heatlens.render.display.pixel_reading import visible_depth_m
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.controls import TimeControl

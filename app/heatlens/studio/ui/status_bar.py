@@ -12,7 +12,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.view.view import Against, Compare, ViewState
 from heatlens.deliver.farm.export_process import ExportRun, ExportState
-from heatlens.render.display.probe import PictureReader, probe_at, probe_text
+from heatlens.render.display.pixel_reading import PictureReader, reading_at, reading_text
 from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.rendered_frames.screen_work import CachedFrame, ScreenWork
 from heatlens.studio.board.board import Board
@@ -212,14 +212,14 @@ class StatusBar:
         pixel = facts.plate_px(hovered_px)
         version = picture.key if isinstance(picture, CachedFrame) else picture
         frame_px = facts.frame_px(pixel)
-        values = probe_at(pixel, plate, facts.lens, picture, version, self._reader, frame_px)
+        values = reading_at(pixel, plate, facts.lens, picture, version, self._reader, frame_px)
         if values is None:
             return ""
         if facts.has_camera:  # a scene's preview may be smaller
             _, window = facts.windows()
             coc_px = values.coc_px * window.width / plate.display_window.width
             values = replace(values, display_px=hovered_px, data_px=hovered_px, coc_px=coc_px)
-        return probe_text(values, facts.unit, facts.lens)
+        return reading_text(values, facts.unit, facts.lens)
 
 
 def _draw_fitted(words: str, width: float) -> None:

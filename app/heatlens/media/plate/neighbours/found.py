@@ -34,10 +34,10 @@ from heatlens.media.plate.neighbours.unseen import (
 from heatlens.media.plate.neighbours.view import (
     FAR_M,
     Flags,
-    FrameProbe,
+    NeighborFrame,
     View,
     motion_between,
-    prepare_probe,
+    prepare_neighbor,
 )
 from heatlens.media.plate.plate import FloatImage, Plate, ReadPixels
 
@@ -84,7 +84,7 @@ def with_neighbours(view: View, other_views: Sequence[View], border_px: int = 0)
     if layers:
         stacked_plate = with_behind(wide_plate, layers, _NAMES[: len(layers)])
         wide_plate = replace(stacked_plate, notes=plate.notes)
-    frames = tuple(moved_frame.probe.view.frame for moved_frame in moved_frames)
+    frames = tuple(moved_frame.neighbor.view.frame for moved_frame in moved_frames)
     hidden_part = _measure_found_share(canvas, layers, plate.data_window)
     return NeighbourResult(
         _crop_to_plate(plate, wide_plate), hidden_part, frames, left_out, tuple(layers)
@@ -99,7 +99,7 @@ def _select_usable(
     for other_view in sorted(other_views, key=lambda candidate: candidate.frame):
         reason = size_reason(view, other_view)
         if not reason:
-            moved_frame = move_into_view(view, prepare_probe(other_view))
+            moved_frame = move_into_view(view, prepare_neighbor(other_view))
             canvas = canvas or canvas_of(view)
             reason = doubt_reason(view, moved_frame, canvas)
         if reason:
@@ -114,24 +114,25 @@ def _add_border(view: View, moved_frames: Sequence[MovedFrame], border_px: int) 
     if not border_px:
         return view
     nearest_first = sorted(
-        moved_frames, key=lambda moved_frame: abs(moved_frame.probe.view.frame - view.frame)
+        moved_frames, key=lambda moved_frame: abs(moved_frame.neighbor.view.frame - view.frame)
     )
     return replace(view, plate=add_border(view.plate, nearest_first, border_px))
 
 
 def _find_layers(view: View, moved_frames: Sequence[MovedFrame], canvas: Canvas) -> list[Plate]:
     """Return plates of the found surfaces alone: the nearest of each pixel, and the next."""
-    points, probes = [], []
+    points, neighbors = [], []
     for moved_frame in moved_frames:
         canvas_pixels = moved_frame.pixels_on(canvas)
         points.append(hidden_points(canvas, moved_frame, *canvas_pixels))
-        probes.append((moved_frame.probe, find_moving_depths(canvas, moved_frame, *canvas_pixels)))
-    moving_m = farthest_moved_m(view, [probe for probe, _ in probes], canvas)
+        moving_depths = find_moving_depths(canvas, moved_frame, *canvas_pixels)
+        neighbors.append((moved_frame.neighbor, moving_depths))
+    moving_m = farthest_moved_m(view, [neighbor for neighbor, _ in neighbors], canvas)
     count = np.zeros(canvas.front_m.size, np.int8)
     colors = np.zeros((len(_NAMES), canvas.front_m.size, 4), np.float32)
     depths = np.full((len(_NAMES), canvas.front_m.size), np.inf, np.float32)
     for pixel, z in split_into_surfaces(np.concatenate(points), _CANDIDATES_MOST):
-        color = agree_on_colors(view, probes, canvas, pixel, z)
+        color = agree_on_colors(view, neighbors, canvas, pixel, z)
         is_found = (color[:, 3] > 0) & (count[pixel] < len(_NAMES))
         is_found &= ~_may_hide_moving_object(canvas, moving_m, pixel, z)
         pixel, z = pixel[is_found], z[is_found]
@@ -202,7 +203,7 @@ def _make_layer_plate(plate: Plate, color: FloatImage, depth_m: FloatImage) -> P
 # it no longer is, and two neighbors give a worse picture than one (37.6 dB instead of 38.6).
 def agree_on_colors(
     view: View,
-    probes: Sequence[tuple[FrameProbe, MovingDepths]],
+    neighbors: Sequence[tuple[NeighborFrame, MovingDepths]],
     canvas: Canvas,
     pixel: Numbers,
     z: FloatImage,
@@ -214,15 +215,15 @@ def agree_on_colors(
     distance in time, which avoids pops when a frame enters or leaves the set.
     """
     x, y = canvas.pixel_centers(pixel)
-    reach = max(abs(probe.view.frame - view.frame) for probe, _ in probes) + 1
-    colors = np.zeros((len(probes), len(pixel), 4), np.float32)
-    weights = np.zeros((len(probes), len(pixel)), np.float32)
+    reach = max(abs(neighbor.view.frame - view.frame) for neighbor, _ in neighbors) + 1
+    colors = np.zeros((len(neighbors), len(pixel), 4), np.float32)
+    weights = np.zeros((len(neighbors), len(pixel)), np.float32)
     is_refuted = np.zeros(len(pixel), bool)
     may_move = np.zeros(len(pixel), bool)
-    for number, (probe, moving_depths) in enumerate(probes):
-        moved_points = motion_between(view, probe.view).move_points(x, y, z)
-        colors[number], is_seen, is_through = probe.test_points(*moved_points)
-        weights[number] = is_seen * (1 - abs(probe.view.frame - view.frame) / reach)
+    for number, (neighbor, moving_depths) in enumerate(neighbors):
+        moved_points = motion_between(view, neighbor.view).move_points(x, y, z)
+        colors[number], is_seen, is_through = neighbor.test_points(*moved_points)
+        weights[number] = is_seen * (1 - abs(neighbor.view.frame - view.frame) / reach)
         is_refuted |= is_through
         may_move |= is_seen & moving_depths.may_contain(*moved_points)
     seen_by = (weights > 0).sum(0)

@@ -20,7 +20,7 @@ from heatlens.media.plate.neighbours.view import (
     NEAR_M,
     THROUGH,
     Flags,
-    FrameProbe,
+    NeighborFrame,
     View,
     depth_of,
     motion_between,
@@ -70,7 +70,7 @@ def canvas_of(view: View) -> Canvas:
 class MovedFrame:
     """The pixels (H, W) of a frame moved into another view: x, y in pixels, depth z in meters."""
 
-    probe: FrameProbe
+    neighbor: NeighborFrame
     x: FloatImage
     y: FloatImage
     z: FloatImage
@@ -93,13 +93,14 @@ class MovedFrame:
         return pixel, is_over
 
 
-def move_into_view(view: View, probe: FrameProbe) -> MovedFrame:
-    """Return the pixels of the frame of `probe` with their positions and depths in `view`."""
-    left, top = probe.view.corner
-    height, width = probe.depth_m.shape
+def move_into_view(view: View, neighbor: NeighborFrame) -> MovedFrame:
+    """Return the pixels of the frame of `neighbor` with their positions and depths in `view`."""
+    left, top = neighbor.view.corner
+    height, width = neighbor.depth_m.shape
     x = np.arange(width, dtype=np.float32)[None, :] + np.float32(left + 0.5)
     y = np.arange(height, dtype=np.float32)[:, None] + np.float32(top + 0.5)
-    return MovedFrame(probe, *motion_between(probe.view, view).move_points(x, y, probe.depth_m))
+    motion = motion_between(neighbor.view, view)
+    return MovedFrame(neighbor, *motion.move_points(x, y, neighbor.depth_m))
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +128,7 @@ class MovingDepths:
 # The reverse of `find_moving_depths`, which finds objects that a neighbor shows and this frame
 # sees through. This finds objects that this frame shows and a neighbor sees through. Both moved,
 # but only the pixels of the first can be left out; how the second continues is unknown.
-def farthest_moved_m(view: View, probes: Sequence[FrameProbe], canvas: Canvas) -> FloatImage:
+def farthest_moved_m(view: View, neighbors: Sequence[NeighborFrame], canvas: Canvas) -> FloatImage:
     """Return the farthest depth around each block of pixels that another frame sees through.
 
     It is 0 where there is none. An object at this depth moved, so no other frame shows how it
@@ -138,8 +139,9 @@ def farthest_moved_m(view: View, probes: Sequence[FrameProbe], canvas: Canvas) -
     x, y = canvas.pixel_centers(pixel)
     z = canvas.front_m.ravel()[pixel]
     is_moved = np.zeros(len(pixel), bool)
-    for probe in probes:
-        is_moved |= probe.test_points(*motion_between(view, probe.view).move_points(x, y, z))[2]
+    for neighbor in neighbors:
+        moved_points = motion_between(view, neighbor.view).move_points(x, y, z)
+        is_moved |= neighbor.test_points(*moved_points)[2]  # seen through
     far_m = np.where(is_moved, z, np.float32(0)).reshape(len(rows), len(columns))
     return filter_within(far_m, max(1, round(_EXTENT * canvas.width / BLOCK)), np.maximum)
 
@@ -153,14 +155,14 @@ def find_moving_depths(
     that nothing can have stood there. `pixel` and `is_over` are the results of
     `MovedFrame.pixels_on`: the pixel of the canvas, and whether it is on the canvas.
     """
-    probe = moved_frame.probe
-    is_moved = is_over & probe.is_clean
+    neighbor = moved_frame.neighbor
+    is_moved = is_over & neighbor.is_clean
     is_moved &= canvas.nearest_m.ravel()[pixel] > THROUGH * moved_frame.z
-    near_m = reduce_blocks(np.where(is_moved, probe.depth_m, np.float32(np.inf)), np.minimum)
-    far_m = reduce_blocks(np.where(is_moved, probe.depth_m, np.float32(0)), np.maximum)
-    reach = max(1, round(_REACH * probe.depth_m.shape[1] / BLOCK))
+    near_m = reduce_blocks(np.where(is_moved, neighbor.depth_m, np.float32(np.inf)), np.minimum)
+    far_m = reduce_blocks(np.where(is_moved, neighbor.depth_m, np.float32(0)), np.maximum)
+    reach = max(1, round(_REACH * neighbor.depth_m.shape[1] / BLOCK))
     return MovingDepths(
-        probe.view.corner,
+        neighbor.view.corner,
         near_m=filter_within(near_m, reach, np.minimum),
         far_m=filter_within(far_m, reach, np.maximum),
     )

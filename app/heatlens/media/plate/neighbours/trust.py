@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from heatlens.media.plate.neighbours.moved import Canvas, MovedFrame, canvas_of, move_into_view
-from heatlens.media.plate.neighbours.view import Flags, FloatMatrix, View, prepare_probe
+from heatlens.media.plate.neighbours.view import Flags, FloatMatrix, View, prepare_neighbor
 from heatlens.media.plate.plate import FloatImage, Plate
 
 _SAME_DEPTH = 0.02  # relative difference
@@ -117,16 +117,16 @@ def _compare_pixels(view: View, moved_frame: MovedFrame, canvas: Canvas) -> _Com
     right = np.s_[: height - 1 : step, 1:width:step]
     lower = np.s_[1:height:step, : width - 1 : step]
     samples = MovedFrame(
-        moved_frame.probe, moved_frame.x[grid], moved_frame.y[grid], moved_frame.z[grid]
+        moved_frame.neighbor, moved_frame.x[grid], moved_frame.y[grid], moved_frame.z[grid]
     )
     pixel, is_over = samples.pixels_on(canvas)
-    color = moved_frame.probe.view.plate.color
+    color = moved_frame.neighbor.view.plate.color
     light = _brightness_stops(color[grid])
     detail = np.abs(light - _brightness_stops(color[right])) + np.abs(
         light - _brightness_stops(color[lower])
     )
     rows, columns = np.mgrid[grid].astype(np.float32) + np.float32(0.5)
-    (left, top), (frame_left, frame_top) = canvas.corner, moved_frame.probe.view.corner
+    (left, top), (frame_left, frame_top) = canvas.corner, moved_frame.neighbor.view.corner
     return _ComparedPixels(
         light=light[is_over],
         detail=detail[is_over],
@@ -247,4 +247,4 @@ def is_static_between(a: Plate, b: Plate) -> bool:
     )
     if size_reason(first, second) or a.data_window != b.data_window:
         return False
-    return is_static_view(first, move_into_view(first, prepare_probe(second)), canvas_of(first))
+    return is_static_view(first, move_into_view(first, prepare_neighbor(second)), canvas_of(first))

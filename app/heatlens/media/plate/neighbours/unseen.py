@@ -36,7 +36,7 @@ def hidden_points(
     """
     least_m = canvas.nearest_m * np.float32(1 + SEPARATE)
     hidden = np.flatnonzero(
-        is_over & moved_frame.probe.is_clean & (moved_frame.z > least_m.ravel()[pixel])
+        is_over & moved_frame.neighbor.is_clean & (moved_frame.z > least_m.ravel()[pixel])
     )
     left, top = canvas.corner
     x = moved_frame.x.ravel()[hidden] - np.float32(left + 0.5)
@@ -153,7 +153,7 @@ def _add_outside_pixels(
     first = np.flatnonzero(np.diff(pixel, prepend=-1))
     pixel, source = pixel[first], source[first]
     depth_m = canvas.front_m
-    color.reshape(-1, 4)[pixel] = moved_frame.probe.view.plate.color.reshape(-1, 4)[source]
+    color.reshape(-1, 4)[pixel] = moved_frame.neighbor.view.plate.color.reshape(-1, 4)[source]
     depth_m.ravel()[pixel] = moved_frame.z.ravel()[source]
     is_new = np.zeros(is_known.shape, bool)
     is_new.ravel()[pixel] = True

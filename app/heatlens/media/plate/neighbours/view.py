@@ -1,6 +1,6 @@
 """A frame of a sequence with its camera, and the motion of its points to another frame.
 
-A `FrameProbe` tests points in space: whether the frame sees them, sees through them, or neither.
+A `NeighborFrame` tests points in space: whether the frame sees them, sees through them, or neither.
 """
 
 from dataclasses import dataclass
@@ -91,7 +91,7 @@ def motion_between(source: View, target: View) -> Motion:
 
 
 @dataclass(frozen=True, eq=False)
-class FrameProbe:
+class NeighborFrame:
     """A frame, prepared to test points in space against its depth.
 
     depth_m   (H, W) over the data window
@@ -157,10 +157,10 @@ class FrameProbe:
         return color, total
 
 
-def prepare_probe(view: View) -> FrameProbe:
+def prepare_neighbor(view: View) -> NeighborFrame:
     """Return the frame of `view`, prepared to test points against its depth."""
     depth_m = depth_of(view.plate)
     near_m = filter_three_by_three(depth_m, np.minimum)
     far_m = filter_three_by_three(depth_m, np.maximum)
     is_clean = far_m <= near_m * np.float32(MIXED)
-    return FrameProbe(view, depth_m, near_m, far_m, is_clean)
+    return NeighborFrame(view, depth_m, near_m, far_m, is_clean)

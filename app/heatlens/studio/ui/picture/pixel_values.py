@@ -16,7 +16,7 @@ from heatlens.core.model.units import format_distance
 from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import Compare
 from heatlens.core.model.view.view_geometry import PictureShape, Pixel, Viewport
-from heatlens.render.display.probe import read_texels
+from heatlens.render.display.pixel_reading import read_texels
 from heatlens.render.gpu.device import Device, Texture
 from heatlens.studio.board.controls import PictureControl
 from heatlens.studio.board.facts import Facts

@@ -21,7 +21,7 @@ Rgba = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
-class Probe:
+class PixelReading:
     """A pixel of the plate and of the picture through the lens."""
 
     display_px: tuple[int, int]  # counted from the display window's corner
@@ -83,7 +83,7 @@ def read_texels(
     return np.frombuffer(data, kind).reshape(box.height, box.width, 4)
 
 
-def probe_at(
+def reading_at(
     pixel: tuple[int, int],
     plate: Plate,
     lens: Lens,
@@ -91,8 +91,8 @@ def probe_at(
     version: object,
     reader: PictureReader,
     frame_px: tuple[int, int] | None = None,
-) -> Probe | None:
-    """Return the probe at a pixel of the display window; None outside the data window.
+) -> PixelReading | None:
+    """Return the values at a pixel of the display window; None outside the data window.
 
     `frame_px` is the pixel of the plate that is visible there, if it differs from `pixel`.
     """
@@ -111,7 +111,7 @@ def probe_at(
         (file_px[1] - data.y0) * height // data.height,
     )
     red, green, blue, alpha = plate.pixels.color_in(pixel_box)[0, 0].tolist()
-    return Probe(
+    return PixelReading(
         display_px=pixel,
         data_px=file_px,
         plate=(red, green, blue, alpha),
@@ -155,22 +155,23 @@ def _coc_at(plate: Plate, lens: Lens, row: int, column: int, depth_m: float | No
     return float(np.squeeze(coc_px(depth_m, line) + focus_offset_coc_px(line, pixel_box)))
 
 
-def probe_text(probe: Probe, unit: str, lens: Lens) -> str:
+def reading_text(reading: PixelReading, unit: str, lens: Lens) -> str:
     """Return one line for the status bar, with distances measured as `lens` does it."""
-    x, y = probe.display_px
+    x, y = reading.display_px
     position = f"x {x}  y {y}"
-    if probe.data_px != probe.display_px:
-        position += f"  (data window {probe.data_px[0]}, {probe.data_px[1]})"
-    depth = "" if probe.depth_m is None else f"   depth {_depth_text(lens, probe.depth_m, unit)}"
+    if reading.data_px != reading.display_px:
+        position += f"  (data window {reading.data_px[0]}, {reading.data_px[1]})"
+    depth_m = reading.depth_m
+    depth = "" if depth_m is None else f"   depth {_depth_text(lens, depth_m, unit)}"
     sharp = ""
-    if probe.sharp_m is not None:
-        near_m, far_m = probe.sharp_m
+    if reading.sharp_m is not None:
+        near_m, far_m = reading.sharp_m
         sharp = (
             f"   focus here: {_depth_text(lens, near_m, unit)} to {_depth_text(lens, far_m, unit)}"
         )
     return (
-        f"{position}   picture {_rgb_text(probe.picture)}   plate {_rgb_text(probe.plate)}"
-        f"{depth}   blur {round(probe.coc_px, 2) + 0.0:+.2f} px{sharp}"
+        f"{position}   picture {_rgb_text(reading.picture)}   plate {_rgb_text(reading.plate)}"
+        f"{depth}   blur {round(reading.coc_px, 2) + 0.0:+.2f} px{sharp}"
     )
 
 
