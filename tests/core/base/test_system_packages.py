@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from heatlens.core.base import extras, system_packages
+from heatlens.core.base.errors import MissingPackageError
 
 SYSTEMS = {
     "debian": ("linux", {"ID": "debian"}, "apt-get install libgl1 libegl1"),
@@ -66,3 +67,13 @@ def test_words_are_quoted_for_the_shell_of_the_system(monkeypatch, word, on_linu
     for platform, quoted in (("linux", on_linux), ("win32", on_windows)):
         monkeypatch.setattr(system_packages, "sys", SimpleNamespace(platform=platform))
         assert system_packages.quoted(word) == quoted
+
+
+def test_frozen_program_advises_an_installation_for_missing_parts(monkeypatch):
+    """pip cannot add a package to the folder without Python."""
+    monkeypatch.setattr("sys.frozen", True, raising=False)
+    with (
+        pytest.raises(MissingPackageError, match=r"made without it; install .* pip install"),
+        extras.extra("usd").require(package="usd-core"),
+    ):
+        raise ImportError("No module named 'pxr'")

@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from heatlens.core.base.errors import MissingPackageError
+from heatlens.core.base.own_command import is_frozen
 from heatlens.core.base.system_packages import opengl_advice, quoted
 
 
@@ -48,10 +49,13 @@ class Extra:
             yield
         except ImportError as error:
             package_note = f"the package {package}, which cannot be imported"
+            advice = (
+                "This folder was made without it; install heatlens" if is_frozen() else "Install it"
+            )
             raise MissingPackageError(
                 f"{purpose or self.gives} needs "
                 f"{package_note if package else 'more than is installed'} "
-                f"({error}). Install it with: {self.install_command(package)}"
+                f"({error}). {advice} with: {self.install_command(package)}"
             ) from error
 
     def check(self) -> None:

@@ -10,6 +10,11 @@ import sys
 from typing import NoReturn
 
 
+def is_frozen() -> bool:
+    """Return whether this is the frozen program, to which pip can add nothing."""
+    return bool(getattr(sys, "frozen", False))
+
+
 def own_command(*words: str) -> list[str]:
     """Return the command line that runs heatlens with these words."""
     return module_command("heatlens", *words)
