@@ -12,6 +12,8 @@ PAGES = [path for folder in ("app", "tests", "shaders") for path in (ROOT / fold
 PLACE = re.compile(r"`([\w/]+\.py): ([\w.]+)`")
 FILE = re.compile(r"`([\w/]+\.(?:py|glsl|md))`")
 LINK = re.compile(r"\]\(([^)#:]+)\)")
+LINK_TO_SECTION = re.compile(r"\]\(([^)#:]*)#([^)]+)\)")
+HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
 
 
 def names_in(path: Path) -> set[str]:
@@ -52,6 +54,18 @@ def test_files_named_in_pages_exist(page):
 def test_links_in_pages_lead_to_files(page):
     for target in LINK.findall(page.read_text(encoding="utf-8")):
         assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+def anchors_of(page: Path) -> set[str]:
+    """Return the names of the sections of a page, as links to them name them."""
+    headings = HEADING.findall(page.read_text(encoding="utf-8"))
+    return {re.sub(r"[^\w -]", "", it.lower()).replace(" ", "-") for it in headings}
+
+
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "README.md"], ids=page_id)
+def test_links_to_sections_lead_to_sections(page):
+    for target, anchor in LINK_TO_SECTION.findall(page.read_text(encoding="utf-8")):
+        assert anchor in anchors_of(page.parent / target if target else page), (target, anchor)
 
 
 def test_app_readme_names_more_than_60_places():
