@@ -1,10 +1,11 @@
-"""Test that the manual has short sentences, all keys, and a picture of each panel it mentions."""
+"""Test the manual: short sentences, all keys and options, a picture of each panel it mentions."""
 
 import re
 from pathlib import Path
 
 from heatlens.studio.ui.state import PANELS
 from manual_keys import key_table, with_key_table
+from manual_options import PAGE, option_page
 from support.commands import listed_commands
 
 ROOT = Path(__file__).parents[2]
@@ -57,6 +58,11 @@ def test_key_table_of_manual_is_that_of_the_commands():
     for command in commands:
         cell = f"`{command.key}` {command.name}"
         assert (re.search(rf"{re.escape(cell)} (·|\|)", table) is not None) is bool(command.key)
+
+
+def test_page_of_options_is_that_of_the_command_line():
+    """Run `python tests/manual_options.py` after a change of an option or its help."""
+    assert PAGE.read_text(encoding="utf-8") == option_page()
 
 
 def test_new_key_table_replaces_only_the_old_one():
