@@ -33,7 +33,7 @@
 //
 // Steps: add_pixel adds each picture pixel to the sums of its layer pixel; store divides the sums and writes them.
 
-#include "lib/focus_offset.lib.glsl"
+#include "lib/focus_offset.lib.glsl"  // for lib/fragment_list.lib.glsl
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, is_open, Fragment
 #endif

@@ -19,7 +19,7 @@
 // Output
 //   pixel list    the far edges that may be those of hair (unmix_thin.comp.glsl)
 
-#include "lib/focus_offset.lib.glsl"
+#include "lib/focus_offset.lib.glsl"  // for lib/fragment_list.lib.glsl
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, Fragment
 #endif

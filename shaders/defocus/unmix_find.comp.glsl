@@ -13,7 +13,7 @@
 //   out_kind_img  r the kind: UNMIXED, FAR_EDGE, NEAR_EDGE or LISTED; with LISTS g a coc just in front of its list
 //   two lists     the first list receives the far edges, the second one the near edges (lib/two_lists.lib.glsl)
 
-#include "lib/focus_offset.lib.glsl"
+#include "lib/focus_offset.lib.glsl"  // for lib/fragment_list.lib.glsl
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of
 #endif

@@ -18,7 +18,6 @@
 
 #include "lib/two_lists.lib.glsl"  // FOR_EACH_IN_SECOND, pixel_of_word, PIXELS_PER_GROUP
 #include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, SPLIT_FROM_PX, color_at, kind_at, own_outline, unmix_share ...
-#include "lib/tone.lib.glsl"
 #ifdef LISTS
 #include "lib/known_behind.lib.glsl"  // find_behind, Fragment
 #endif

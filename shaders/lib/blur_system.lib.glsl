@@ -29,7 +29,7 @@
 
 #include "lib/compact.lib.glsl"  // compact_at
 #include "lib/number.lib.glsl"  // COMPLEX, Num, Value, ZERO_VALUE, num, mul, inverted, root, value, real_of_product
-#include "lib/line.lib.glsl"
+#include "lib/line.lib.glsl"  // for the strategy that solves this system
 #include "lib/strips.lib.glsl"  // in_strips
 
 uniform sampler2D coc_tx;
@@ -130,7 +130,7 @@ Num repeated_heat_of(int pole, float d_2) {
 }
 
 #ifdef IN_PARTS
-#include "lib/blur_parts.lib.glsl"
+#include "lib/blur_parts.lib.glsl"  // for a strategy that defines IN_PARTS
 #else
 
 #ifdef ROWS

@@ -29,7 +29,7 @@
 // The functions of this file keep the contract of shaders/README.md.
 
 #include "lib/number.lib.glsl"  // Num, Value, ZERO_NUM, value, real_part
-#include "lib/line.lib.glsl"
+#include "lib/line.lib.glsl"  // for the strategy that solves this system
 #include "lib/strips.lib.glsl"  // index_in_buffer
 
 uniform sampler2D state_tx;

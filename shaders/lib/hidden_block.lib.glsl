@@ -2,7 +2,7 @@
 // first list has the first hidden pixel of each block, which computes what the whole block shares; the second list has
 // the other hidden pixels that get a guess of their own.
 
-#include "lib/two_lists.lib.glsl"
+#include "lib/two_lists.lib.glsl"  // for the files that include this one
 
 uniform ivec2 layer_size;  // in pixels of its own; a smaller layer is in the corner of the images
 

@@ -4,7 +4,7 @@
 //
 // A number k from 0 to 8 is one of the 3 x 3 pixels around a pixel, row by row; 4 is the pixel itself.
 
-#include "lib/kind.lib.glsl"
+#include "lib/kind.lib.glsl"  // for the files that include this one
 #include "lib/focus_offset.lib.glsl"  // focus_offset_at
 
 uniform sampler2D coc_tx;      // signed coc, pixels

@@ -12,7 +12,7 @@
 
 #include "lib/scene.lib.glsl"  // Uv, Instance, surface_of, instances
 #include "lib/shading.lib.glsl"  // MOST_LIGHT, sky, shade
-#include "lib/tangent.lib.glsl"
+#include "lib/tangent.lib.glsl"  // for lib/bvh.lib.glsl
 #include "lib/random.lib.glsl"  // random4
 #include "lib/bvh.lib.glsl"  // Hit, position_of, normal_of, tangent_at, uv_at, tint_at, first_hit, triangles ...
 #include "lib/aperture.lib.glsl"  // aperture_point, aperture_axes, image_point, past_blades, pinhole_position

@@ -13,7 +13,7 @@
 
 #ifdef HOLES
 #include "lib/scene.lib.glsl"  // Uv, is_hole
-#include "lib/random.lib.glsl"
+#include "lib/random.lib.glsl"  // for lib/coverage.lib.glsl
 #include "lib/coverage.lib.glsl"  // threshold_of
 #include "lib/tint.lib.glsl"  // tint
 
