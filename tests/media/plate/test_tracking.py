@@ -85,7 +85,7 @@ def test_tracked_continues_from_corrected_click():
     track = track_mark(corrected_mark, frames, walk.plate, lambda words: None)
     later_places = [place for place in track.places if place.frame >= 8]
     assert share_within_quarter_of_sharp_range(walk, later_places) == 1.0
-    assert track.place_at(1).distance_m == pytest.approx(WALL_M)
+    assert track.point_at(1).distance_m == pytest.approx(WALL_M)
 
 
 @pytest.mark.parametrize(

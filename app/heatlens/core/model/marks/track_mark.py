@@ -65,7 +65,7 @@ class TrackMark(Mark):
             raise InputError(f"Mark {self.name}: give one pixel for each frame, as X,Y@FRAME.")
         for click in self.clicks:
             check_pixel(self.name, click.x_px, click.y_px)
-        frames = [place.frame for place in self.places]
+        frames = [point.frame for point in self.places]
         if sorted(set(frames)) != frames:
             raise InputError(f"Mark {self.name}: its places must be in the order of their frames.")
 
@@ -91,20 +91,20 @@ class TrackMark(Mark):
         )
         return f"surface at pixel {clicks}"
 
-    def place_at(self, frame: int) -> TrackedPoint | None:
+    def point_at(self, frame: int) -> TrackedPoint | None:
         """Return where the surface is at a frame; None if it was not followed to that frame."""
-        return next((place for place in self.places if place.frame == frame), None)
+        return next((point for point in self.places if point.frame == frame), None)
 
     def distance_at_m(self, frame: int) -> float | None:
         """Return its distance at a frame; None where it is hidden or out of the picture."""
-        place = self.place_at(frame)
-        return None if place is None else place.distance_m
+        point = self.point_at(frame)
+        return None if point is None else point.distance_m
 
     @property
     def doubtful_frames(self) -> list[int]:
         """The frames at which it is seen, but looks unlike what was clicked."""
-        measured_places = [place for place in self.places if place.distance_m is not None]
-        return [place.frame for place in measured_places if place.likeness < _DOUBTFUL_LIKENESS]
+        measured_points = [point for point in self.places if point.distance_m is not None]
+        return [point.frame for point in measured_points if point.likeness < _DOUBTFUL_LIKENESS]
 
     def add_click(self, click: Click) -> "TrackMark":
         """Return the mark with one more click, to be followed again."""

@@ -31,18 +31,18 @@ def track_mark(
         return _follow_surface(click, next_frames, plate_at)
 
     ends = [frames.first, *(click.frame for click in mark.clicks), frames.last]
-    places: dict[int, TrackedPoint] = {}
+    points: dict[int, TrackedPoint] = {}
     forward_sights: dict[int, Sight] = {}
     for index, click in enumerate(mark.clicks):
         backward_sights = follow_click(click, range(click.frame, ends[index] - 1, -1))
         for frame in sorted({*backward_sights, *forward_sights}):
-            place = _blend_sights(
+            point = _blend_sights(
                 frame, (ends[index], forward_sights), (click.frame, backward_sights)
             )
-            places[frame] = place
+            points[frame] = point
         forward_sights = follow_click(click, range(click.frame, ends[index + 2] + 1))
-    places |= {frame: _make_track_place(frame, sight) for frame, sight in forward_sights.items()}
-    track = tuple(places[frame] for frame in sorted(places))
+    points |= {frame: _tracked_point(frame, sight) for frame, sight in forward_sights.items()}
+    track = tuple(points[frame] for frame in sorted(points))
     return TrackMark(mark.name, mark.clicks, track)
 
 
@@ -81,7 +81,7 @@ def _blend_sights(
             for sight in (forward_sight, backward_sight)
             if sight is not None and sight.dioptres is not None
         ]
-        return _make_track_place(
+        return _tracked_point(
             frame, visible_sights[0] if visible_sights else forward_sight or backward_sight
         )
     share = (frame - start) / (end - start) if end > start else 1.0
@@ -94,12 +94,12 @@ def _blend_sights(
         dioptres = interpolate(forward_sight.dioptres, backward_sight.dioptres)
     x = interpolate(forward_sight.x, backward_sight.x)
     y = interpolate(forward_sight.y, backward_sight.y)
-    return _make_track_place(
+    return _tracked_point(
         frame, Sight(x, y, dioptres, min(forward_sight.likeness, backward_sight.likeness))
     )
 
 
-def _make_track_place(frame: int, sight: Sight | None) -> TrackedPoint:
+def _tracked_point(frame: int, sight: Sight | None) -> TrackedPoint:
     """Return a sight as the place of a mark at a frame, rounded."""
     assert sight is not None
     distance_m = None if sight.dioptres is None else 1.0 / sight.dioptres

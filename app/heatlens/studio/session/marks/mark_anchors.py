@@ -76,8 +76,8 @@ class MarkAnchors(Commands):
         if isinstance(mark, PointMark):
             return mark
         if isinstance(mark, TrackMark):
-            place = mark.place_at(self._editing.frame)
-            return PointMark(mark.name, place.x_px, place.y_px) if place is not None else None
+            point = mark.point_at(self._editing.frame)
+            return PointMark(mark.name, point.x_px, point.y_px) if point is not None else None
         plate = self._source.plate
         if isinstance(mark, WorldMark) and plate is not None and self.is_playhead_shown():
             return world_point(plate, mark, self._editing.lens)

@@ -162,7 +162,7 @@ class MarkDistances(Commands, Worker):
     # the lens such as its tilt, because a field that is added later would be forgotten here.
     def focus_for_distance_m(self, mark: Mark, lens: Lens, frame: int, distance_m: float) -> float:
         """Return the focus distance of `lens` with which a mark at this distance is sharp."""
-        point = mark.place_at(frame) if isinstance(mark, TrackMark) else mark
+        point = mark.point_at(frame) if isinstance(mark, TrackMark) else mark
         if not isinstance(point, PointMark | TrackedPoint):
             return distance_m
         shape = self._source.picture_shape(self._editing.shot)

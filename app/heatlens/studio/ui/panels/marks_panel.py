@@ -246,7 +246,7 @@ def mark_in_window(facts: Facts, view: PictureView, name: str) -> Point | None:
 def _placed_marks(facts: Facts) -> Iterator[tuple[Mark, PointMark | TrackedPoint]]:
     """Yield the marks that have a point in the picture at this frame, with that point."""
     for mark in facts.shot.marks:
-        point = mark.place_at(facts.frame) if isinstance(mark, TrackMark) else mark
+        point = mark.point_at(facts.frame) if isinstance(mark, TrackMark) else mark
         if isinstance(point, PointMark | TrackedPoint):
             yield mark, point
 
