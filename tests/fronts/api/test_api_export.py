@@ -1,5 +1,7 @@
 """Test `Source.export`: it writes the files of the command, reports progress, and can be ended."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -52,6 +54,18 @@ def test_export_of_one_frame_equals_its_render(plates, tmp_path):
     (path,) = source.export(tmp_path / "one.exr", lens, quality="draft", is_float=True)
     rendered = source.render(lens, quality="draft")
     np.testing.assert_array_equal(picture(path)[1], rendered[..., :3])
+
+
+def test_export_of_file_whose_name_begins_with_minus(plates, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path(plates.replace("####", "1003")).rename("-x.exr")
+    (path,) = heatlens.open("-x.exr").export("out.exr", **LENS)
+    assert path.is_file()
+
+
+def test_shot_file_keeps_its_lens(tmp_path):
+    with pytest.raises(HeatlensError, match=r"defines the lens.* f_stop"):
+        heatlens.open(write_shot_file(tmp_path)).export(tmp_path / "n.####.exr", f_stop=2)
 
 
 def test_export_of_scene_takes_size_and_camera_of_open(tmp_path):

@@ -78,7 +78,7 @@ def _as_measured(lens_fields: Mapping[str, Any]) -> dict[str, Any]:
     return fields
 
 
-def export_words(
+def run_export(
     words: tuple[str, ...], progress: Progress | None, is_cancelled: Callable[[], bool] | None
 ) -> tuple[Path, ...]:
     """Export what the words of a command line describe; return the files of finished frames."""

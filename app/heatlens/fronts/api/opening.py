@@ -87,6 +87,7 @@ def _words_of(
     """Return the words by which a command line names the source, with how it is read."""
     camera_words = () if camera is None else (f"--scene-camera={camera}",)
     size_words = () if size is None else ("--size={}x{}".format(*size),)
+    name = os.path.join(os.curdir, name) if name.startswith("-") else name  # no option
     return (name, *camera_words, *size_words, *option_words(options))
 
 

@@ -20,7 +20,7 @@ from heatlens.fronts.api.arguments import (
     check_whole_number,
 )
 from heatlens.fronts.api.engine import ENGINE
-from heatlens.fronts.api.exporting import Progress, export_words, request_words
+from heatlens.fronts.api.exporting import Progress, request_words, run_export
 from heatlens.fronts.api.frame import Frame, FrameFacts, FrameProperties
 from heatlens.fronts.api.keywords import ExportKeywords, RenderOptions
 from heatlens.fronts.api.notes import Notes, errors_with_python_names
@@ -148,8 +148,9 @@ class Source(FrameProperties, Closing):
         """Write the frames to `output`, as `heatlens export` does; return the files.
 
         `output` is frames.####.exr, one picture, or a movie (.mov, .mp4). `lens` and its single
-        values are those of `render`, and the files have options of their own: see
-        `ExportKeywords`. Finished frames of an earlier export are left as they are.
+        values are those of `render`, but a shot file has its own lens, which cannot be replaced.
+        The options of the files are in `ExportKeywords`. Finished frames of an earlier export are
+        left as they are.
 
         `progress` is called with each finished frame, an `ExportedFrame`. `is_cancelled` is asked
         after each: if it returns True, the export ends, and a later one goes on. An unfinished
@@ -172,7 +173,7 @@ class Source(FrameProperties, Closing):
             given = {name: given[name] for name in EXPORT_OPTION_NAMES if name in given}
             words = request_words(request, check_values(ExportOptions, given))
             out = f"--output={check_text('output', output)}"
-            return export_words((*self._words, out, *words), progress, is_cancelled)
+            return run_export((*self._words, out, *words), progress, is_cancelled)
 
     @abstractmethod
     def _load_shot(self, renderer: FrameRenderer, request: RenderRequest) -> tuple[Shot, int]:
