@@ -14,7 +14,7 @@
 //                  the bits of all pixels in active tiles are set (visible_bits_all.comp.glsl)
 //   two lists      first: the first hidden pixel of each block; second: the others that have a guess of their own
 //                  (lib/hidden_block.lib.glsl)
-//   out_cost_img   -1 in blocks with hidden pixels and in those beside them, one texel a block
+//   out_cost_img   NO_COST in blocks with hidden pixels and in those beside them, one texel a block
 //   out_match_img  with MATCHED, the same
 
 #include "lib/hidden.lib.glsl"  // line_of, position_of, words_per_line, first_word
@@ -49,7 +49,7 @@ void clear_cost(ivec2 block, bool is_needed) {
     do {
         ivec2 neighbor = neighbor_block(block, i);
         if (!is_needed) continue;
-        imageStore(out_cost_img, neighbor, vec4(-1.0));
+        imageStore(out_cost_img, neighbor, vec4(NO_COST));
 #ifdef MATCHED
         imageStore(out_match_img, neighbor, vec4(-1.0));
 #endif

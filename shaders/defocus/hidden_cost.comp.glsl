@@ -12,7 +12,7 @@
 //   two lists      first: the first hidden pixel of each block (hidden_blocks.comp.glsl)
 // Output (one texel a block; only blocks with hidden pixels are written)
 //   out_cost_img   one channel a direction: mean squared difference of the ends in compressed color
-//                  (lib/tone.lib.glsl), -1 if not both ends exist or are near enough
+//                  (lib/tone.lib.glsl), less if both ends are of one stripe; NO_COST if not both exist or are near enough
 // With MATCHED, for fragment lists whose hidden surfaces are lit differently from the visible ones, also
 //   inputs   state_tx       r diameter |coc| in pixels of the layer, g share of content
 //            listed_tx      r share of a pixel that only a list gives, g depth behind the silhouette, in pixels
@@ -30,6 +30,10 @@ layout(rgba32f) uniform writeonly image2D out_cost_img;
 
 #define TAPS 2            // pixels to compare on each side: the end and one pixel behind it
 #define TAP_WEIGHT 0.5    // weight of the pixels behind the ends
+#define BESIDE 2          // distances at which the pixels beside an end are compared with it
+#define STRIPE_GAIN 40.0  // how much more similar ends count for each unit of contrast beside them
+#define STRIPE_COST 0.3   // cost from which two ends are too different for one stripe
+const int BESIDE_PX[BESIDE] = int[](5, 8);
 
 // Returns whether a pixel is visible, and its compressed color times coverage, a coverage.
 bool read_visible(ivec2 at, out vec4 toned_layer) {
@@ -58,6 +62,35 @@ float difference(ivec2 at, int k, ivec2 ends, int taps) {
     return weights > 0.0 ? sum / weights : -1.0;
 }
 
+// Adds the contrast of an end, if `is_needed`: the squared differences from visible pixels beside it to x, their number
+// to y. `away` points away from the hidden pixel. Each of these pixels lies as far behind the end as beside it, because
+// the silhouette of a round thing hides what is exactly beside it.
+void add_contrast(inout vec2 sum, ivec2 end, ivec2 away, bool is_needed) {
+    vec4 own, other;
+    read_visible(end, own);
+    ivec2 aside = ivec2(-away.y, away.x);
+    int i = 0;
+    do {
+        int beside_px = BESIDE_PX[i >> 1];
+        if (!read_visible(end + beside_px * (away + ((i & 1) == 0 ? aside : -aside)), other)) continue;
+        sum += vec2(dot(other - own, other - own), 1.0);
+    } while (is_needed && ++i < 2 * BESIDE);
+}
+
+// The cost of direction k. Ends in a flat area are similar along every direction and tell nothing; similar ends that
+// differ from what is beside them are those of a stripe, and count more. A bar of a window then goes on behind a leaf,
+// although the ends across the bar, in the bright panes, are similar and nearer. The similarity is an exponential of the
+// cost, so a factor for it is subtracted from the cost as a logarithm.
+float cost_of(ivec2 at, int k, ivec2 ends, int taps) {
+    float cost = difference(at, k, ends, taps);
+    if (cost < 0.0) return NO_COST;
+    vec2 contrast = vec2(0.0);
+    add_contrast(contrast, at + ends.x * DIRECTION[k], DIRECTION[k], cost < STRIPE_COST);
+    add_contrast(contrast, at - ends.y * DIRECTION[k], -DIRECTION[k], cost < STRIPE_COST);
+    float excess = max(contrast.x / max(contrast.y, 1.0) - cost, 0.0);
+    return cost - 2.0 * ALIKE_VARIANCE * log(1.0 + STRIPE_GAIN * excess);
+}
+
 #ifdef MATCHED
 #include "lib/match.lib.glsl"  // match_of, out_match_img
 #endif
@@ -65,12 +98,12 @@ float difference(ivec2 at, int k, ivec2 ends, int taps) {
 // Measures the block of a listed pixel, from that pixel.
 void compare_ends(uint listed) {
     ivec2 at = pixel_of_word(listed);
-    vec4 cost = vec4(-1.0);
+    vec4 cost = vec4(NO_COST);
     ivec2 ends[HIDDEN_DIRECTIONS];
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, layer_size);
     int taps = is_beyond_reach(ends) ? 0 : TAPS;  // the lens never sees a pixel beyond reach
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k)
-        if (all(greaterThan(ends[k], ivec2(0)))) cost[k] = difference(at, k, ends[k], taps);
+        if (all(greaterThan(ends[k], ivec2(0)))) cost[k] = cost_of(at, k, ends[k], taps);
     imageStore(out_cost_img, at >> 1, cost);
 #ifdef MATCHED
     imageStore(out_match_img, at >> 1, match_of(at, ends, taps > 0));

@@ -14,7 +14,7 @@
 // the guess follows the directions with similar ends, and smooth_share, how far it is smooth: together 1.
 //
 // Inputs
-//   cost_tx           one channel a direction (hidden_cost.comp.glsl), -1 for visible blocks beside hidden ones
+//   cost_tx           one channel a direction (hidden_cost.comp.glsl), NO_COST for visible blocks beside hidden ones
 //   around_tx         r luminance of the surroundings of highlights (highlight_split.comp.glsl), read if has_highlights
 //   bits_buf          visible pixels (hidden_blocks.comp.glsl)
 //   two lists         the pixels to guess (hidden_blocks.comp.glsl)
@@ -43,7 +43,6 @@ layout(rg32f) uniform image2D state_img;
 // and one pixel on. Both are shares of the depth behind the silhouette that the lens can see (listed_tx).
 #define LISTED_FROM 0.5
 #define LISTED_TO 1.0
-#define ALIKE_VARIANCE 0.04    // variance in compressed color: ends that differ by 0.2 have much less weight
 #define LEAST_SIMILARITY 1e-4    // added to the similarity: if no direction has similar ends the nearest decide
 #define DISTANCE_POWER 2.0     // weights fall with this power of the distance between the ends
 #define ALIKE_TO 0.4           // similarity of the best direction above which the guess follows structure
@@ -68,14 +67,14 @@ Content content_at(ivec2 at) {
     return Content(vec4(dim(color) * layer.a, layer.a), imageLoad(state_img, at).r * layer.a);
 }
 
-// The cost of each direction, averaged over the 3 x 3 blocks around if `is_averaged`; costs of -1 are left out. If
+// The cost of each direction, averaged over the 3 x 3 blocks around if `is_averaged`; NO_COST is left out. If
 // not, the loop ends after its first block, and the result is not used.
 vec4 mean_cost(ivec2 block, bool is_averaged) {
     vec4 sum = vec4(0.0), count = vec4(0.0);
     int i = 0;
     do {
         vec4 cost = texelFetch(cost_tx, neighbor_block(block, i), 0);
-        vec4 counts = step(0.0, cost);
+        vec4 counts = step(0.5 * NO_COST, cost);
         sum += counts * cost;
         count += counts;
     } while (is_averaged && ++i < 9);

@@ -90,6 +90,23 @@ def test_hidden_fill_continues_stripes_across_wire(ctx: Device) -> None:
         assert wrong.mean() < 0.12
 
 
+def test_hidden_fill_continues_dark_bars_behind_wide_surface(ctx: Device) -> None:
+    """Bars of a bright window, which meet a leaf on both sides, go on behind it.
+
+    The light behind the leaf is that of the window within 15 %.
+    """
+    y, x = np.mgrid[:100, :160] + 0.5
+    is_bar = (x % 28 < 4) | (y % 37 < 4)
+    window = np.where(is_bar[..., None], 0.03, 1.35) * np.ones(3)
+    for tilt_degrees, half_axes_px in ((20, (60, 30)), (70, (40, 22)), (45, (60, 16))):
+        turned = np.exp(-1j * np.radians(tilt_degrees)) * ((x - 80) + 1j * (y - 50))
+        leaf = (turned.real / half_axes_px[0]) ** 2 + (turned.imag / half_axes_px[1]) ** 2 < 1
+        guess = fill_hidden(ctx, *layer_with_hole(window, leaf))[0][..., 0]
+        assert abs(guess[leaf].mean() / window[leaf].mean() - 1.0) < 0.15
+        assert (guess[leaf & is_bar] < 0.7).mean() > 0.6
+        assert (guess[leaf & ~is_bar] > 0.7).mean() > 0.9
+
+
 def test_hidden_fill_crosses_gap_longer_than_mask_word(ctx: Device) -> None:
     hole = np.zeros((3, 300), bool)
     hole[:, 5:290] = True
