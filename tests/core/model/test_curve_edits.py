@@ -83,7 +83,7 @@ def test_moved_key_replaces_key_at_target_frame():
 
 
 @given(VALUES, EASES)
-def test_on_scale_keeps_speed_at_each_key(value, ease):
+def test_convert_scale_keeps_speed_at_each_key(value, ease):
     dioptres = Curve((Key(0, value, BEZIER, ease, ease),), Scale.RECIPROCAL)
     (key,) = dioptres.convert_scale(Scale.LINEAR).keys
     # d(1/v) = -dv / v^2

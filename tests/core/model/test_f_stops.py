@@ -23,13 +23,13 @@ def test_third_stops_are_rounded_powers_of_sixth_root_of_two():
 
 
 @given(ON_THE_RING, st.integers(-40, 40))
-def test_stepped_moves_along_third_stops_and_stops_at_ends(f_stop, steps):
+def test_step_f_stop_moves_along_third_stops_and_stops_at_ends(f_stop, steps):
     index = THIRD_STOPS.index(f_stop) + steps
     assert step_f_stop(f_stop, steps) == THIRD_STOPS[min(max(index, 0), len(THIRD_STOPS) - 1)]
 
 
 @given(F_STOPS)
-def test_stepped_from_between_stops_goes_to_next_third_stop(f_stop):
+def test_step_f_stop_from_between_stops_goes_to_next_third_stop(f_stop):
     up, down = step_f_stop(f_stop, 1), step_f_stop(f_stop, -1)
     above = [n for n in THIRD_STOPS if n > f_stop * (1 + 1e-4)]
     below = [n for n in THIRD_STOPS if n < f_stop * (1 - 1e-4)]
@@ -38,12 +38,12 @@ def test_stepped_from_between_stops_goes_to_next_third_stop(f_stop):
 
 
 @given(F_STOPS)
-def test_stepped_by_zero_returns_f_stop_unchanged(f_stop):
+def test_step_f_stop_by_zero_returns_f_stop_unchanged(f_stop):
     assert step_f_stop(f_stop, 0) == f_stop
 
 
 @given(ON_THE_RING)
-def test_stepped_treats_float32_third_stop_as_on_the_ring(f_stop):
+def test_step_f_stop_treats_float32_third_stop_as_on_the_ring(f_stop):
     as_float32 = float(np.float32(f_stop))
     assert [step_f_stop(as_float32, n) for n in (-1, 1)] == [
         step_f_stop(f_stop, n) for n in (-1, 1)

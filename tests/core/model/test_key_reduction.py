@@ -30,19 +30,19 @@ def max_error_dioptres(keys, samples, scale=Scale.RECIPROCAL):
 
 
 @given(recordings(), TOLERANCES, SCALES)
-def test_reduced_keys_stay_within_tolerance_of_samples(samples, tolerance, scale):
+def test_reduce_keys_stays_within_tolerance_of_samples(samples, tolerance, scale):
     keys = reduce_keys(samples, tolerance, scale)
     assert max_error_dioptres(keys, samples, scale) <= tolerance * (1 + 1e-6) + 1e-8
 
 
 @given(recordings(st.one_of(DISTANCES, st.just(math.inf))), TOLERANCES)
-def test_reduced_keys_handle_samples_at_infinity(samples, tolerance):
+def test_reduce_keys_handles_samples_at_infinity(samples, tolerance):
     keys = reduce_keys(samples, tolerance)
     assert max_error_dioptres(keys, samples) <= tolerance * (1 + 1e-6) + 1e-8
 
 
 @given(recordings(least=2), TOLERANCES, SCALES)
-def test_reduced_keys_are_samples_and_include_both_ends(samples, tolerance, scale):
+def test_reduce_keys_returns_samples_and_both_ends(samples, tolerance, scale):
     keys = reduce_keys(samples, tolerance, scale)
     key_points = [(key.frame, key.value) for key in keys]
     assert set(key_points) <= set(samples)
@@ -51,7 +51,7 @@ def test_reduced_keys_are_samples_and_include_both_ends(samples, tolerance, scal
 
 
 @given(DISTANCES, st.integers(1, 60), TOLERANCES)
-def test_reduced_keys_of_constant_focus_is_one_key(distance_m, count, tolerance):
+def test_reduce_keys_of_constant_focus_returns_one_key(distance_m, count, tolerance):
     samples = [(frame, distance_m) for frame in range(1001, 1001 + count)]
     assert reduce_keys(samples, tolerance) == (Key(1001, distance_m),)
 
@@ -67,7 +67,7 @@ def test_curve_of_reduced_keys_stays_between_neighboring_keys(samples, tolerance
 
 
 @given(DISTANCES, DISTANCES, st.integers(2, 80), st.floats(5, 45), st.floats(5, 45))
-def test_reduced_keys_of_eased_pull_are_two(near_m, far_m, frames, leaves, arrives):
+def test_reduce_keys_of_eased_pull_returns_two(near_m, far_m, frames, leaves, arrives):
     if abs(1 / near_m - 1 / far_m) < 0.06:
         far_m = 1 / (1 / near_m + 0.1)
     pull = Curve(
@@ -82,7 +82,7 @@ def test_reduced_keys_of_eased_pull_are_two(near_m, far_m, frames, leaves, arriv
     assert len(reduce_keys(samples, tolerance)) == 2
 
 
-def test_reduced_keys_of_pull_between_rests_are_at_most_four():
+def test_reduce_keys_of_pull_between_rests_returns_at_most_four():
     samples = [(f, 4.0) for f in range(20)]
     samples += [(20 + f, 1 / (0.25 + 0.5 * (f / 24) ** 2 * (3 - 2 * f / 24))) for f in range(25)]
     samples += [(45 + f, 1 / 0.75) for f in range(20)]
@@ -98,26 +98,26 @@ def test_larger_tolerance_gives_fewer_keys_for_noisy_focus():
     assert counts[1] <= 12
 
 
-def test_reduced_keys_sort_samples_and_use_last_of_each_frame():
+def test_reduce_keys_sorts_samples_and_uses_last_of_each_frame():
     samples = [(3, 2.0), (1, 9.0), (1, 4.0), (2, 3.0)]
     assert reduce_keys(samples, 0.001)[0] == reduce_keys([(1, 4.0), (2, 3.0), (3, 2.0)], 0.001)[0]
     assert reduce_keys([], 0.1) == ()
 
 
 @pytest.mark.parametrize("tolerance", [-0.1, math.nan])
-def test_reduced_keys_reject_invalid_tolerance(tolerance):
+def test_reduce_keys_rejects_invalid_tolerance(tolerance):
     with pytest.raises(InputError, match="tolerance"):
         reduce_keys([(1, 2.0)], tolerance)
 
 
 @pytest.mark.parametrize("distance_m", [0.0, -1.0, math.nan])
-def test_reduced_keys_reject_impossible_distance(distance_m):
+def test_reduce_keys_rejects_impossible_distance(distance_m):
     with pytest.raises(InputError):
         reduce_keys([(1, 2.0), (2, distance_m)], 0.1)
 
 
 @given(recordings(least=2), TOLERANCES)
-def test_moving_part_omits_constant_ends(samples, tolerance):
+def test_trim_still_ends_omits_constant_ends(samples, tolerance):
     moving_samples = trim_still_ends(samples, tolerance)
     start = samples.index(moving_samples[0])
     assert samples[start : start + len(moving_samples)] == moving_samples
@@ -129,7 +129,7 @@ def test_moving_part_omits_constant_ends(samples, tolerance):
             assert abs(1 / distance_m - 1 / neighbor[1]) <= tolerance * (1 + 1e-9)
 
 
-def test_moving_part_keeps_one_sample_of_rest_at_each_end():
+def test_trim_still_ends_keeps_one_still_sample_at_each_end():
     track = [2.0, 2.0, 2.0, 3.0, 4.0, 4.0, 4.0]
     samples = list(enumerate(track, start=1001))
     assert trim_still_ends(samples, 1e-3) == samples[2:5]

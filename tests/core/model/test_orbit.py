@@ -137,7 +137,7 @@ def test_bounds_ignore_unused_vertices_and_follow_motion():
 @given(
     upright_cameras(), st.floats(0.2, 5), st.lists(POSITIONS, min_size=2, max_size=9), st.booleans()
 )
-def test_framed_pose_fits_all_points_to_the_margin(start, aspect, points, is_turned):
+def test_frame_points_fits_all_points_to_the_margin(start, aspect, points, is_turned):
     turn = start[0].turn
     points = np.array(points)
     width = 900
@@ -157,7 +157,7 @@ def test_framed_pose_fits_all_points_to_the_margin(start, aspect, points, is_tur
 
 
 @pytest.mark.parametrize("extent", [(0, 0, 0), (0, 0, 5), (1e-9, 0, 0), (1e6, 1e6, 0)])
-def test_framed_pose_stays_outside_of_point_or_line(extent):
+def test_frame_points_stays_outside_of_point_or_line(extent):
     points = np.array([(0, 0, 0), extent], float)
     pose = frame_points(points, LENS, 1.5, np.eye(3))
     assert (points[:, 2] < pose.position_m[2]).all()

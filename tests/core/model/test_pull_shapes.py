@@ -69,7 +69,7 @@ def test_overshoot_pull_passes_target_by_8_percent(origin, target, frames):
 @given(
     DISTANCES, DISTANCES, st.integers(2, 60), st.sampled_from([PullShape.EASE, PullShape.LINEAR])
 )
-def test_reversed_focus_mirrors_pull_and_twice_restores_it(origin, target, frames, shape):
+def test_reverse_focus_mirrors_pull_and_twice_restores_it(origin, target, frames, shape):
     shot = shaped_pull(SHOT, origin, target, 0, frames, shape)
     span = FrameRange(0, frames)
     mirrored = reverse_focus(shot, span)
@@ -81,7 +81,7 @@ def test_reversed_focus_mirrors_pull_and_twice_restores_it(origin, target, frame
     )
 
 
-def test_reversed_focus_needs_two_keys_and_held_focus_is_constant():
+def test_reverse_focus_needs_two_keys_and_hold_focus_is_constant():
     with pytest.raises(InputError, match="two keys"):
         reverse_focus(SHOT.with_key(1, FOCUS), FrameRange(1, 9))
     shot = shaped_pull(

@@ -119,6 +119,6 @@ def test_timecode_at_without_start_uses_plate_timecode_if_it_fits():
 
 
 @pytest.mark.parametrize("text", ["01:00:00:24", "01:00:00;00", "soon"])
-def test_started_at_rejects_timecode_not_of_the_rate(text):
+def test_with_start_timecode_rejects_timecode_not_of_the_rate(text):
     with pytest.raises(InputError):
         SHOT.with_start_timecode(text)

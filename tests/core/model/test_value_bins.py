@@ -24,7 +24,7 @@ def test_gap_between_values_has_no_occupied_bin() -> None:
     assert not np.any((ends > 0.2) & (ends < 3.9))
 
 
-def test_bins_of_nearly_equal_values_are_the_two_values() -> None:
+def test_bin_values_of_nearly_equal_values_returns_the_two_values() -> None:
     for low, high in ((0.0, 0.0), (2.0, 2.0), (0.0, 8e-38)):
         np.testing.assert_array_equal(
             bin_values(np.array([low, high], np.float32)).occupied,

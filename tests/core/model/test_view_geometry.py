@@ -124,7 +124,7 @@ def test_fit_zoom_shows_whole_picture_and_fills_one_side(viewport, shape):
 
 
 @given(VIEWS, VIEWPORTS, SHAPES, st.floats(0.05, 20), st.tuples(st.floats(0, 1), st.floats(0, 1)))
-def test_zoomed_keeps_picture_point_under_pointer(view, viewport, shape, factor, pointer_part):
+def test_zoom_view_keeps_picture_point_under_pointer(view, viewport, shape, factor, pointer_part):
     """The tolerance is half a screen pixel, as the picture's corner is put on a whole one."""
     pointer = window_position(viewport, pointer_part)
     picture_point = geometry(view, viewport, shape).picture_at_window(pointer)
@@ -134,7 +134,7 @@ def test_zoomed_keeps_picture_point_under_pointer(view, viewport, shape, factor,
 
 
 @given(VIEWS, VIEWPORTS, SHAPES, st.floats(1e-4, 1e4))
-def test_zoomed_to_clamps_zoom_to_its_limits(view, viewport, shape, zoom):
+def test_zoom_view_to_clamps_zoom_to_its_limits(view, viewport, shape, zoom):
     after = zoom_view_to(view, viewport, shape, zoom, viewport.middle)
     assert after.zoom == min(max(zoom, ZOOM_LEAST), ZOOM_MOST)
     before = view.zoom or fit_zoom(viewport, shape)
@@ -187,7 +187,7 @@ def test_pan_view_from_fit_keeps_fit_zoom(viewport, shape):
     assert after.zoom == fit_zoom(viewport, shape)
 
 
-def test_zoomed_by_extreme_factor_stays_finite():
+def test_zoom_view_by_extreme_factor_stays_finite():
     viewport, shape = Viewport((0.0, 0.0), (8.0, 8.0)), PictureShape(1, 16384)
     for factor in (1e300, 1e-300):
         after = zoom_view(ViewState(), viewport, shape, factor, (1e6, -1e6))

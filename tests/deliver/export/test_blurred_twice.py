@@ -103,7 +103,7 @@ def test_info_notes_export_of_older_version_without_refusing(capsys, tmp_path, e
     assert not facts["is_blurred"] and "older heatlens" in " ".join(facts["notes"])
 
 
-def test_marks_in_ignores_foreign_comments():
+def test_parse_marks_ignores_foreign_comments():
     assert parse_marks("made by a=b heatlens:jobs=3 heatlens") == {}
     assert parse_marks(None) == {}
 

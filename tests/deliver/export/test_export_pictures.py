@@ -210,7 +210,7 @@ def test_burn_in_text_holds_timecode_and_fills_own_template():
     assert burn_in_text(template, 7, *facts, "a") == "a 10:00:00:05    at 2.24 m, f/2  (7)"
 
 
-def test_checked_template_rejects_unknown_field_and_lists_known():
+def test_check_template_rejects_unknown_field_and_lists_known():
     with pytest.raises(InputError, match=r"no \{focsu\}; it has .*\{focus\}"):
         check_template("{frame} {focsu}")
 

@@ -172,7 +172,9 @@ def test_task_parts_split_frames_into_ordered_chunks(frames, chunk):
 
 
 @given(st.floats(0.1, 30.0), st.floats(0.001, 1000.0), st.integers(1, 1 << 36))
-def test_parts_of_measured_job_take_a_minute_with_spare_memory(start_s, frame_s, memory):
+def test_group_frames_of_measured_job_gives_parts_of_a_minute_with_spare_memory(
+    start_s, frame_s, memory
+):
     cost = MeasuredCost(start_s, frame_s, memory)
     more_than_a_part = range(1, 2 * math.ceil(60 / frame_s) + 10)
     (first, *_) = group_frames(more_than_a_part, None, cost)

@@ -145,5 +145,5 @@ def test_lens_values_without_effect_on_coc_plate_are_warned():
         ("--missing hold", "--missing hold"),
     ],
 )
-def test_in_python_replaces_options_by_arguments(sentence, expected):
+def test_use_python_names_replaces_options_by_arguments(sentence, expected):
     assert use_python_names(sentence) == expected

@@ -50,7 +50,7 @@ def report_in(folder: Path) -> str:
     return path.read_text(encoding="utf-8")
 
 
-def test_faults_reported_raises_fault_error_that_names_report(reports, expects_faults):
+def test_report_faults_raises_fault_error_that_names_report(reports, expects_faults):
     with pytest.raises(FaultError) as error, report_faults("It could not be read"):
         raise_index_error()
     (path,) = reports.iterdir()

@@ -93,7 +93,7 @@ def test_words_of_record_parse_back_to_same_record(record):
     assert replace(record, **parse_fields(kind, *changed_options(changed_record))) == changed_record
 
 
-def test_typed_fields_omit_options_not_given():
+def test_parse_fields_omits_options_not_given():
     assert parse_fields(DefocusSettings) == parse_fields(PlateOptions) == parse_fields(Lens) == {}
 
 

@@ -68,7 +68,7 @@ def test_info_of_scene_rejects_depth_options(capsys, scene):
     assert "--focal-length" in refused(capsys, "info", scene, "--focal-length", "50")
 
 
-def test_camera_of_scene_has_lens_and_pose_of_first_shot(capsys, scene, tmp_path):
+def test_camera_command_writes_lens_and_pose_of_first_shot_of_scene(capsys, scene, tmp_path):
     out = tmp_path / "c.csv"
     assert main(["camera", str(scene), "-o", str(out)]) == 0
     message = capsys.readouterr().err
@@ -90,7 +90,7 @@ def test_camera_of_demo_has_changing_focus(tmp_path):
 
 
 @pytest.mark.parametrize("words", [("--scene-unit", "cm"), ("--up-axis", "y")])
-def test_camera_of_scene_rejects_unit_and_up_axis(capsys, scene, tmp_path, words):
+def test_camera_command_for_scene_rejects_unit_and_up_axis(capsys, scene, tmp_path, words):
     message = refused(capsys, "camera", scene, "-o", tmp_path / "c.nk", *words)
     assert "in metres and y up" in message and f"leave {words[0]} out" in message
     assert not (tmp_path / "c.nk").exists()

@@ -42,7 +42,7 @@ def test_interrupted_command_ends_cleanly(bench, name, number):
         assert not outcome.faults(number, PATIENT_S), outcome
 
 
-def test_remove_left_deletes_only_unfinished_files(tmp_path):
+def test_remove_leftovers_deletes_only_unfinished_files(tmp_path):
     record = bytearray()
     stopping.begin_record(record.extend)
     try:

@@ -22,7 +22,7 @@ def test_parse_pattern_rejects_more_than_20_digits(name):
         parse_pattern(name)
 
 
-def test_form_of_reads_up_to_20_digits_as_frame_number():
+def test_parse_frame_name_reads_up_to_20_digits_as_frame_number():
     assert parse_pattern("p.%20d.exr") == (NameForm(prefix="p.", padding=20, suffix=".exr"), None)
     assert parse_frame_name(f"p.{'1' * 20}.exr") == (NameForm("p.", 20, ".exr"), int("1" * 20))
     for digits in (21, 200, 5000):

@@ -37,7 +37,7 @@ def test_commands_report_missing_file_with_same_message(capsys, tmp_path, monkey
     assert message_of_refusal(capsys, *words) == f"heatlens: {name} is not there.\n"
 
 
-def test_unreadable_explains_folder_and_denied_file(tmp_path):
+def test_unreadable_error_explains_folder_and_denied_file(tmp_path):
     assert str(unreadable_error(tmp_path)).startswith(f"{tmp_path} is a folder")
     (tmp_path / "a").touch()
     denied = PermissionError(13, "Permission denied")

@@ -98,13 +98,13 @@ def test_commands_reject_unwritable_output_before_work(capsys, monkeypatch, tmp_
 
 
 @pytest.mark.parametrize("missing", ["o.exr", "a/o.exr", "a/b/c/o.exr"])
-def test_check_place_of_writable_path_leaves_no_files(tmp_path, missing):
+def test_check_output_path_leaves_no_files_at_writable_path(tmp_path, missing):
     check_output_path(tmp_path / missing)
     assert os.listdir(tmp_path) == []
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_check_place_rejects_folder_without_write_permission(tmp_path):
+def test_check_output_path_rejects_folder_without_write_permission(tmp_path):
     barred = tmp_path / "barred"
     barred.mkdir(mode=0o500)
     with pytest.raises(InputError, match="is not writable"):

@@ -149,7 +149,7 @@ def test_unknown_option_without_similar_one_gets_no_suggestion(capsys):
         (["-q", "p.exr"], ["view", "-q", "p.exr"]),
     ],
 )
-def test_with_command_completes_command_line(typed, means):
+def test_put_command_first_completes_command_line(typed, means):
     assert put_command_first(typed) == means
 
 

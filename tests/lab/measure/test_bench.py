@@ -243,7 +243,7 @@ def test_scene_plate_of_any_size_is_finite(size):
 
 
 @pytest.mark.parametrize("coc_px", [2.0, 200.0])
-def test_lens_reaching_gives_requested_largest_coc(coc_px):
+def test_lens_with_largest_coc_gives_requested_largest_coc(coc_px):
     lens = lens_with_largest_coc(coc_px, SIZE)
     assert np.abs(scene_coc_px(SIZE, lens)).max() == pytest.approx(coc_px, rel=1e-6)
 

@@ -79,7 +79,7 @@ def test_pace_skips_omitted_parts_and_ignores_other_messages():
 
 
 @pytest.mark.parametrize("part", ["frame", "bare", "sweeps", "methods", "levels"])
-def test_planned_steps_of_each_part_take_time(part):
+def test_plan_steps_gives_time_to_steps_of_each_part(part):
     nothing = RequestedBench(size=(640, 360), settings=DefocusSettings(), runs=3, frame=False)
     assert plan_steps(nothing, 1e-6) == ()
     words = {"levels": ("level 1", "level 2")} if part == "levels" else {part: True}
@@ -91,7 +91,7 @@ def test_planned_steps_of_each_part_take_time(part):
     assert all(b.seconds >= a.seconds for a, b in zip(steps, slower_steps, strict=True))
 
 
-def test_planned_method_cells_are_capped_at_time_limit():
+def test_plan_steps_caps_method_cells_at_time_limit():
     request = RequestedBench((640, 360), DefocusSettings(), 3, frame=False, methods=True)
     assert max(step.seconds for step in plan_steps(request, 10.0)) == LIMIT_S
 

@@ -62,7 +62,7 @@ def test_sheet_has_row_for_each_key_and_both_ends(shot):
     )
 
 
-def test_sheet_rows_give_limits_in_feet_and_measured_origin(shot):
+def test_pull_sheet_gives_limits_in_feet_and_measured_origin(shot):
     film_shot = replace(shot, lens=replace(shot.lens, measured_from=MeasuredFrom.FILM))
     for row in rows_of(film_shot):
         for metres, feet in ((row.near, row.near_feet), (row.far, row.far_feet)):

@@ -48,7 +48,7 @@ def test_report_may_replace_empty_folder(tmp_path):
     assert sorted(p.name for p in (tmp_path / "r").iterdir()) == ["a.png", "study.json"]
 
 
-def test_report_with_foreign_file_is_not_replaced(tmp_path):
+def test_write_report_does_not_replace_folder_with_foreign_file(tmp_path):
     write_report(tmp_path / "r", "a.png")
     (tmp_path / "r" / "my notes").write_text("mine")
     with pytest.raises(InputError, match="my notes"):
@@ -192,7 +192,7 @@ def scene_subject(views: int = 8) -> Subject:
     return Subject("a scene", FakeSceneRenderer(), Shot(LENS, DefocusSettings(views=views)), 3)
 
 
-def test_measured_method_uses_its_own_view_count():
+def test_measure_all_uses_view_count_of_each_method():
     subject = scene_subject(views=8)
     truth = truth_from(subject, views=1024)
     rows = measure_all(subject, (Method.ACCUMULATION,), truth, 2, lambda _: None).rows

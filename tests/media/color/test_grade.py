@@ -104,7 +104,7 @@ def test_read_grade_reads_cc_ccc_and_cdl_files(tmp_path, name, text):
     assert read_grade(tmp_path / name) == GRADE == parse_or_read_grade(str(tmp_path / name))
 
 
-def test_grade_named_selects_correction_by_id(tmp_path):
+def test_parse_or_read_grade_selects_correction_by_id(tmp_path):
     path = tmp_path / "a.ccc"
     text = f"<ColorCorrectionCollection>{corrections('1.1', '1.5')}</ColorCorrectionCollection>"
     path.write_text(text)

@@ -169,7 +169,7 @@ def test_window_without_opencolorio_uses_header_primaries(ctx, tmp_path, monkeyp
         assert (transform.view, transform.input_space) == ("sRGB curve", "ACEScg")
 
 
-def test_srgb_decoded_matches_opencolorio_srgb_texture():
+def test_decode_srgb_matches_opencolorio_srgb_texture():
     """The curve of 8-bit pictures is that of the config's own space, for every value they have.
 
     OpenColorIO approximates powers: a hundredth of the step from one code to the next.

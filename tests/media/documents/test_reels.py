@@ -316,6 +316,6 @@ def test_shot_name_of_any_text_is_a_valid_name(text):
 
 
 @given(st.lists(st.sampled_from(["a", "a_2", "b"]), min_size=1, max_size=8))
-def test_named_apart_makes_names_of_shots_unique(names):
+def test_with_unique_names_makes_names_of_shots_unique(names):
     shots = with_unique_names(tuple(ReelShot(name, "x") for name in names))
     assert len({shot.name for shot in shots}) == len(names)

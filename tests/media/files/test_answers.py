@@ -122,19 +122,19 @@ class PickledCall:
         ("importlib:import_module", ("os",)),
     ],
 )
-def test_unpacked_rejects_pickle_that_calls_another_function(name, pickled):
+def test_unpack_answer_rejects_pickle_that_calls_another_function(name, pickled):
     with pytest.raises(AnswerError, match=name.partition(":")[2]):
         unpack_answer(pickle.dumps(PickledCall(object_named(name), *pickled)))
 
 
-def test_unpacked_returns_packed_values():
+def test_unpack_answer_returns_packed_values():
     values = [np.arange(6.0).reshape(2, 3), np.float32(2), {"a": (1, None, b"x")}]
     unpacked_values = unpack_answer(pack_answer(values))
     np.testing.assert_array_equal(unpacked_values[0], values[0])
     assert unpacked_values[1:] == values[1:]
 
 
-def test_called_in_a_process_rejects_answer_that_calls_a_function(tmp_path, tests_importable):
+def test_call_in_process_rejects_answer_that_calls_a_function(tmp_path, tests_importable):
     new_folder = tmp_path / "made"
     with pytest.raises(InputError, match=r"a\.aaf cannot be read: .*mkdir"):
         call_in_process(evil, str(new_folder), "a.aaf")
@@ -174,9 +174,7 @@ def check_noises_change_no_answer(reader: str, argument: object, *noises: tuple[
 
 
 @pytest.mark.parametrize("call", LOUD, indirect=True)
-def test_called_in_a_process_returns_same_answer_if_reader_prints_in_every_way(
-    call, tests_importable
-):
+def test_call_in_process_returns_same_answer_if_reader_prints_in_every_way(call, tests_importable):
     assert {way for way, _ in NOISES} == WAYS.keys()
     check_noises_change_no_answer(*call, *NOISES)
 
@@ -185,7 +183,7 @@ def test_called_in_a_process_returns_same_answer_if_reader_prints_in_every_way(
     "call", ["heatlens.media.plate.picture.picture_open:picture_info"], indirect=True
 )
 @pytest.mark.parametrize("noise", NOISES, ids=lambda noise: f"{noise[0]}-{len(noise[1])}")
-def test_called_in_a_process_returns_same_answer_if_reader_prints(call, noise, tests_importable):
+def test_call_in_process_returns_same_answer_if_reader_prints(call, noise, tests_importable):
     check_noises_change_no_answer(*call, noise)
 
 

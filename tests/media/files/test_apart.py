@@ -84,7 +84,7 @@ def test_allow_for_adds_time_for_each_file_once(tmp_path):
     assert process.stdout.split() == ["-1", "10", "30", "30", "50", "50"], process.stderr
 
 
-def test_end_all_stops_running_reader_with_input_error(endless):
+def test_kill_reading_processes_ends_reader_with_input_error(endless):
     errors: list[HeatlensError] = []
 
     def read() -> None:
@@ -161,7 +161,7 @@ def test_report_usd_failures_passes_on_errors_of_our_own_code():
         print(1 // 0)
 
 
-def test_called_in_a_process_reports_errors_of_our_own_code_as_faults(
+def test_call_in_process_reports_errors_of_our_own_code_as_faults(
     usd_path, expects_faults, tmp_path, monkeypatch
 ):
     """The function is called with wrong arguments."""

@@ -83,7 +83,7 @@ def test_file_reads_finds_every_kind_of_call(tmp_path, source):
     assert list(file_reads(path))
 
 
-def test_opened_file_rejects_pipe_device_and_folder(tmp_path):
+def test_open_regular_file_rejects_pipe_device_and_folder(tmp_path):
     pipe, link = tmp_path / "pipe", tmp_path / "link"
     os.mkfifo(pipe)
     link.symlink_to("/dev/zero")

@@ -91,7 +91,7 @@ def test_lens_receiver_rate_and_silence_follow_the_clock():
         assert receiver.source_state().is_silent
 
 
-def test_send_in_time_catches_up_after_a_slow_send():
+def test_send_at_rate_catches_up_after_a_slow_send():
     clock_s, sent_at = [0.0], []
 
     class Slow:

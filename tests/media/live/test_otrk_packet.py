@@ -155,7 +155,7 @@ def test_assembly_drops_sample_of_thousands_of_segments():
 
 
 @given(st.binary(min_size=1, max_size=200), st.data())
-def test_segment_of_rejects_datagram_with_a_changed_bit(text, data):
+def test_parse_segment_rejects_datagram_with_a_changed_bit(text, data):
     (datagram,) = split_into_datagrams(text, Encoding.CBOR, 1)
     bit = data.draw(st.integers(0, 8 * len(datagram) - 1))
     changed = bytearray(datagram)
@@ -165,12 +165,12 @@ def test_segment_of_rejects_datagram_with_a_changed_bit(text, data):
 
 
 @given(st.binary(max_size=100))
-def test_segment_of_rejects_noise(noise):
+def test_parse_segment_rejects_noise(noise):
     with pytest.raises(RingPacketError):
         parse_segment(b"OTrk" + noise)
 
 
-def test_segment_of_rejects_huge_sample():
+def test_parse_segment_rejects_huge_sample():
     header = struct.pack("!4sBBHIH", b"OTrk", 0, 1, 0, MAX_SAMPLE_BYTES, 1)
     datagram = header + struct.pack("!H", expected_fletcher16(header + b"x")) + b"x"
     with pytest.raises(RingPacketError, match="longer than"):

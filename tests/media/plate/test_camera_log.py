@@ -30,14 +30,14 @@ def test_gray_table_covers_every_log_curve():
 
 
 @pytest.mark.parametrize("curve", LOGS)
-def test_log_light_of_middle_gray_signal_is_0_18_and_alpha_stays(tmp_path, curve):
+def test_decode_camera_log_of_middle_gray_is_0_18_and_alpha_stays(tmp_path, curve):
     signal = np.full((2, 3, 4), GREY[curve], np.float32)
     signal[..., 3] = 0.4
     light = decode_camera_log(tmp_path, signal, curve.color_space)
     assert light[..., :3] == pytest.approx(0.18, rel=0.02) and (light[..., 3] == 0.4).all()
 
 
-def test_log_light_of_logc3_matches_its_formula(tmp_path):
+def test_decode_camera_log_of_logc3_matches_its_formula(tmp_path):
     """LogC3 at EI 800: light = (10^((signal - 0.385537) / 0.247190) - 0.052272) / 5.555556."""
     signal = np.linspace(0.15, 0.9, 50, dtype=np.float32)
     grey = np.repeat(signal[None, :, None], 3, axis=2)
@@ -46,7 +46,7 @@ def test_log_light_of_logc3_matches_its_formula(tmp_path):
     assert light == pytest.approx(expected, rel=2e-3, abs=2e-4)
 
 
-def test_log_light_of_wide_gamut_is_more_saturated(tmp_path):
+def test_decode_camera_log_of_wide_gamut_is_more_saturated(tmp_path):
     signal = np.array([[[0.5, 0.35, 0.35]]], np.float32)
     light = decode_camera_log(tmp_path, signal, PictureCurve.LOGC4.color_space)[0, 0]
     plain = light[0] / light[1]

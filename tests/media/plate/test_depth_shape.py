@@ -195,7 +195,7 @@ def test_writing_program_is_recognized_by_header(header, program):
         ([{"vrayInfo/vrayversion": "6"}], "V-Ray"),
     ],
 )
-def test_rendered_by_finds_renderer_behind_compositing_program(headers, renderer):
+def test_rendering_program_finds_renderer_behind_compositing_program(headers, renderer):
     assert rendering_program(headers) == renderer
 
 

@@ -132,14 +132,14 @@ def test_read_plate_without_alpha_keeps_its_data_window(tmp_path):
     assert (plate.color[..., 3] == 1.0).all() and np.isfinite(plate.depth_m).all()
 
 
-def test_window_of_all_keeps_overscan_and_ignores_impossible_display():
+def test_enclosing_window_keeps_overscan_and_ignores_impossible_display():
     wide = Box(-4, -4, 44, 20)
     assert enclosing_window(wide, Box(0, 0, 40, 24)) == Box(-4, -4, 44, 24)
     assert enclosing_window(BOX, Box(0, 0, 1 << 30, 1 << 30)) == BOX
     assert enclosing_window(BOX, Box(50, 50, 2, 2)) == BOX
 
 
-def test_window_of_all_allows_large_display_for_large_data_only():
+def test_enclosing_window_allows_large_display_for_large_data_only():
     """A large display window takes memory and time, but no bytes in the file."""
     frame, vast = Box(0, 0, 8192, 4320), Box(0, 0, 8192, 8192)
     assert enclosing_window(BOX, frame) == frame

@@ -128,7 +128,7 @@ def blurred_step(edge: int, ramp_px: int, width: int = 96) -> np.ndarray:
 
 @given(edge=st.integers(30, 66), moved=st.integers(-2, 2), across=st.booleans())
 @settings(max_examples=20, deadline=None)
-def test_with_sharp_edges_moves_ramp_to_step_of_color(edge, moved, across):
+def test_sharpen_edges_moves_ramp_to_step_of_color(edge, moved, across):
     """The estimate may be some pixels off; the color has the exact position."""
     values = blurred_step(edge + moved, 7)
     color = np.where(np.arange(96) < edge, 0.1, 0.9)[None, :, None] * np.ones((40, 1, 3))
@@ -142,7 +142,7 @@ def test_with_sharp_edges_moves_ramp_to_step_of_color(edge, moved, across):
 
 @given(slope=st.floats(-0.008, 0.008), seed=st.integers(0, 9))
 @settings(max_examples=20, deadline=None)
-def test_with_sharp_edges_keeps_slopes_under_any_texture(slope, seed):
+def test_sharpen_edges_keeps_slopes_under_any_texture(slope, seed):
     values = (0.5 + slope * (np.arange(80) - 40) * np.ones((40, 1))).astype(np.float32)
     color = np.random.default_rng(seed).random((40, 80, 3), np.float32)
     assert np.array_equal(sharpen_edges(values, color, 9), values)

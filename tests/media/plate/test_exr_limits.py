@@ -40,7 +40,7 @@ def test_check_exr_accepts_constant_picture_in_any_compression(tmp_path, compres
     check_exr(path)
 
 
-def test_scanned_headers_agree_with_library(tmp_path):
+def test_scan_headers_agrees_with_library(tmp_path):
     path = write_parts(
         tmp_path / "a.exr",
         ({"name": "rgb", "dataWindow": window(-3, 4, 5, 10)}, rgb()),

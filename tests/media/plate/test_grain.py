@@ -51,7 +51,7 @@ def plate(tmp_path, rng):
 
 @pytest.mark.parametrize("samples", [24, 128])
 @pytest.mark.parametrize("made", [patterned_ground, room, wires_and_lamps])
-def test_noise_doubt_reports_grain_but_no_patterns(rng, made, samples):
+def test_noise_note_reports_grain_but_no_patterns(rng, made, samples):
     color = made(*SIZE)[0].astype(np.float32)
     assert noise_note(measure_noise(color), "p.exr") == ()
     assert "p.exr is noisy" in noise_note(measure_noise(add_grain(color, samples, rng)), "p.exr")[0]
@@ -67,7 +67,7 @@ def test_inspect_measures_noise_only_once(plate, monkeypatch):
 
 
 @given(st.floats(0.02, 0.4), st.floats(1e-3, 1e3))
-def test_noise_of_is_close_to_standard_deviation_in_any_unit(sigma, level):
+def test_measure_noise_is_close_to_standard_deviation_in_any_unit(sigma, level):
     """For uniform noise it is the deviation in the most even blocks, whatever the unit of light."""
     noise = np.random.default_rng(3).normal(1.0, sigma, (160, 160, 1))
     color = np.repeat(level * np.maximum(noise, 0.0), 3, axis=2).astype(np.float32)
@@ -82,7 +82,7 @@ def test_inspect_notes_noise_with_number_and_remedies(plate):
     json.dumps(facts, allow_nan=False)
 
 
-def test_noise_of_small_picture_is_zero(rng):
+def test_measure_noise_of_small_picture_is_zero(rng):
     assert measure_noise(rng.random((20, 20, 4), np.float32)) == 0.0
 
 

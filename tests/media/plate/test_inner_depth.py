@@ -80,7 +80,7 @@ def test_info_of_photo_with_impossible_item_length_is_no_fault(tmp_path, digits,
         ({}, "disparity"),
     ],
 )
-def test_inner_depth_of_heic_uses_its_metadata(metadata, convention):
+def test_read_inner_depth_of_heic_uses_its_metadata(metadata, convention):
     values = whole(disparity(metres(), 1, 10), "u1")
     depth_found = read_inner_depth("p.heic", {"depth_images": [(values, metadata)]})
     assert depth_found.convention == convention

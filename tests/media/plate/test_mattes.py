@@ -46,7 +46,7 @@ def test_hashed_id_is_a_normal_float(name):
 
 
 @pytest.mark.parametrize("name", ["cryptomatte:hero", "crypto:hero", "Crypto:#82ce30b4"])
-def test_matte_of_finds_object_by_any_form_of_its_name(tmp_path, name):
+def test_read_matte_finds_object_by_any_form_of_its_name(tmp_path, name):
     plate = read_plate(matte_plate(tmp_path / "p.exr", 3.0, coverage=0.75))
     hero, card = read_matte(plate, name), read_matte(plate, "cryptomatte:card")
     assert hero.sum() == pytest.approx(0.75 * 64)
@@ -56,7 +56,7 @@ def test_matte_of_finds_object_by_any_form_of_its_name(tmp_path, name):
     assert (hero + card).max() <= 1.0 and card[8:16, 16:20] == pytest.approx(0.25)
 
 
-def test_matte_of_accepts_object_ids_and_plain_mattes(tmp_path):
+def test_read_matte_accepts_object_ids_and_plain_mattes(tmp_path):
     plate = read_plate(matte_plate(tmp_path / "p.exr", 3.0))
     hero = read_matte(plate, "cryptomatte:hero")
     assert np.array_equal(read_matte(plate, "objectId:7"), hero)
@@ -77,7 +77,7 @@ NO_IDS = ('{"hero": 3.5}', '{"hero": "xyz"}', '{"hero": "123456789abcdef"}', '{"
 
 
 @pytest.mark.parametrize("manifest", ["", "{", "[]", DEEP, *NO_IDS])
-def test_matte_of_hashes_name_without_readable_manifest(tmp_path, manifest):
+def test_read_matte_hashes_name_without_readable_manifest(tmp_path, manifest):
     plate = read_plate(matte_plate(tmp_path / "p.exr", 3.0, manifest=manifest))
     assert read_matte(plate, "cryptomatte:hero").sum() == 64
     assert thing_at(plate, 14, 10) == "Crypto:#82ce30b4"
@@ -98,13 +98,13 @@ def test_matte_of_hashes_name_without_readable_manifest(tmp_path, manifest):
         ("cryptomatte:\ud800", "no name of a thing"),
     ],
 )
-def test_matte_of_unknown_name_lists_existing_objects(tmp_path, name, words):
+def test_read_matte_of_unknown_name_lists_existing_objects(tmp_path, name, words):
     plate = read_plate(matte_plate(tmp_path / "p.exr", 3.0))
     with pytest.raises(InputError, match=words):
         read_matte(plate, name)
 
 
-def test_matte_of_file_without_mattes_explains_how_to_get_some(tmp_path):
+def test_read_matte_of_file_without_mattes_explains_how_to_get_some(tmp_path):
     plate = read_plate(write_file(tmp_path / "q.exr", rgb() | {"Z": np.full((6, 8), 3, "f4")}))
     assert not has_things(plate) and thing_at(plate, 2, 2) is None
     with pytest.raises(UnknownThingError, match=r"q\.exr has no Cryptomatte"):

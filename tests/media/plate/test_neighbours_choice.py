@@ -24,14 +24,16 @@ FRAMES = range(1001, 1101)
     st.integers(1, 12),
     st.integers(1, 200),
 )
-def test_chosen_frames_exist_and_exclude_the_frame_itself(available, count, step, frame):
+def test_choose_frames_returns_existing_frames_without_the_frame_itself(
+    available, count, step, frame
+):
     neighbors = choose_frames(frame, available, count, step)
     assert set(neighbors) <= available - {frame}
     assert len(neighbors) <= 2 * count and neighbors == tuple(sorted(neighbors))
 
 
 @pytest.mark.parametrize("step", [1, 3, 5])
-def test_chosen_frames_change_by_one_from_frame_to_frame(step):
+def test_choose_frames_changes_by_one_from_frame_to_frame(step):
     """The frame that enters replaces the one that is left out because it is shown itself."""
     for frame in range(1020, 1080):
         current_set, next_set = (
@@ -40,7 +42,7 @@ def test_chosen_frames_change_by_one_from_frame_to_frame(step):
         assert len((next_set - {frame}) - (current_set - {frame + 1})) <= 1
 
 
-def test_chosen_frames_skip_gaps_and_missing_frames():
+def test_choose_frames_skips_gaps_and_missing_frames():
     odd = set(range(1001, 1101, 2)) - {1049}
     assert len(choose_frames(1051, odd, 2, 2)) == 4
     assert choose_frames(1001, range(1001, 1101), 2) == (1002, 1003, 1004, 1005)
@@ -51,7 +53,7 @@ def cameras(metres_a_frame: float) -> dict:
     return {k: view_of_cards(metres_a_frame * k).world_to_camera for k in range(100)}
 
 
-def test_step_of_slower_camera_is_wider():
+def test_choose_frame_step_is_wider_for_slower_camera():
     plate = view_of_cards(0.0, (Card(2.0, (-9.0, 0.0)),)).plate
     steps = [
         choose_frame_step(cameras(speed), plate, 80.0, 2) for speed in (0.2, 0.02, 0.01, 0.0001)

@@ -54,7 +54,7 @@ def plate_of(photo, depth, **options):
 
 
 @given(st.lists(st.floats(0, 1, width=32), min_size=1, max_size=40))
-def test_srgb_decoded_inverts_srgb_encoded(values):
+def test_decode_srgb_inverts_encode_srgb(values):
     np.testing.assert_allclose(decode_srgb(encode_srgb(values)), values, atol=2e-6)
 
 
@@ -332,7 +332,7 @@ def test_read_plate_of_heic_without_library_names_extra(tmp_path, monkeypatch):
         read_plate(tmp_path / "p.heic")
 
 
-def test_picture_and_depth_are_recognized_by_file_names(tmp_path):
+def test_pair_picture_with_depth_recognizes_file_names(tmp_path):
     names = [str(tmp_path / n) for n in ("sea.jpg", "sea_depth.png")]
     assert pair_picture_with_depth(names) == pair_picture_with_depth(names[::-1]) == tuple(names)
     for others in (

@@ -81,7 +81,7 @@ def test_area_at_is_relative_to_data_window():
         area_at(10, 0, data, display)
 
 
-def test_middle_m_returns_an_existing_depth():
+def test_upper_median_m_returns_an_existing_depth():
     inf = np.inf
     for values, middle in (
         ([1, 2, 3], 2), ([1, 2, 3, 4], 3), ([2, inf, inf], inf), ([1, 1, inf, inf], inf),
@@ -213,7 +213,7 @@ def test_deep_volume_constants_are_16_slices_of_15_percent():
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("noise", [0.01, 0.03, 0.05])
-def test_noise_of_is_relative_to_light(noise, seed):
+def test_measure_noise_is_relative_to_light(noise, seed):
     """The most even blocks have somewhat less noise than the whole; twice the noise gives twice."""
     grain = np.random.default_rng(seed).standard_normal((120, 120, 1))
 
@@ -227,7 +227,7 @@ def test_noise_of_is_relative_to_light(noise, seed):
     assert measure_noise(np.full((120, 120, 3), 0.5, np.float32)) == 0.0
 
 
-def test_noise_of_needs_fifty_blocks_of_eight_pixels():
+def test_measure_noise_needs_fifty_blocks_of_eight_pixels():
     rng = np.random.default_rng(1)
     color = (0.5 + 0.05 * rng.standard_normal((42, 82, 3))).astype(np.float32)
     assert measure_noise(color) > 0  # 5 x 10 blocks

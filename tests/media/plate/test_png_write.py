@@ -16,12 +16,12 @@ CURVE += [(0.5, 0.735357), (1.0, 1.0), (7.0, 1.0), (-0.2, 0.0), (np.inf, 1.0), (
 
 
 @pytest.mark.parametrize(("linear", "encoded"), CURVE)
-def test_srgb_encoded_matches_values_of_the_standard(linear, encoded):
+def test_encode_srgb_matches_values_of_the_standard(linear, encoded):
     assert float(encode_srgb(linear)) == pytest.approx(encoded, abs=2e-6)
 
 
 @given(st.lists(st.floats(-10, 2.0**99, width=32), min_size=2, max_size=20))
-def test_srgb_encoded_is_monotonic_and_within_0_to_1(values):
+def test_encode_srgb_is_monotonic_and_within_0_to_1(values):
     encoded = encode_srgb(sorted(values))
     assert encoded.dtype == np.float32 and encoded.min() >= 0 and encoded.max() <= 1
     assert (np.diff(encoded) >= 0).all()

@@ -116,7 +116,7 @@ def test_depth_of_positions_is_right_for_any_camera(eye, aside, focal):
     np.testing.assert_allclose(depth, DEPTH, rtol=1e-3, atol=1e-3)
 
 
-def test_is_seen_evenly_needs_32_hits_and_tolerates_one_percent():
+def test_is_pinhole_view_needs_32_hits_and_tolerates_one_percent():
     points, hit = camera_points(np.full((4, 8), 3.0)), np.ones((4, 8), bool)
     assert _is_pinhole_view(points, hit) and _is_pinhole_view(-points, hit)
     hit[2, 3] = False

@@ -135,7 +135,7 @@ def test_find_sequence_finds_files_of_any_padded_name(
         ("1001", "1001", None),
     ],
 )
-def test_form_of_name_finds_frame_number(name, prefix, number):
+def test_parse_frame_name_finds_frame_number(name, prefix, number):
     form, frame_number = parse_frame_name(name)
     assert (form.prefix, frame_number) == (prefix, number)
 

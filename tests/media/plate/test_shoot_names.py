@@ -85,7 +85,7 @@ def test_camera_at_header_reads_shoot_names_after_standard_ones():
 
 
 @pytest.mark.parametrize("name", ["cameraFocalLength", "vrayInfo/camera", "focus", "Iris"])
-def test_is_of_shoot_excludes_names_of_renderers(name):
+def test_is_shoot_entry_excludes_names_of_renderers(name):
     assert not is_shoot_entry(name)
     assert camera_at_header([{name: 25.0}]).focal_length_mm is None
 

@@ -112,13 +112,13 @@ def test_bvh_ray_hits_equal_hits_among_all_triangles(
     assert hits > 20
 
 
-def test_mesh_trees_of_empty_mesh_is_an_empty_leaf(rng: np.random.Generator) -> None:
+def test_build_mesh_trees_of_empty_mesh_returns_an_empty_leaf(rng: np.random.Generator) -> None:
     empty = random_triangles(rng, 0)
     trees = build_mesh_trees([empty, random_triangles(rng, 1)])
     assert [trees.nodes[root]["count"] for root in trees.roots] == [0, 1]
 
 
-def test_instance_tree_boxes_contain_placed_corners(rng: np.random.Generator) -> None:
+def test_build_instance_tree_makes_boxes_around_placed_corners(rng: np.random.Generator) -> None:
     """Positions far from the origin are included, where float32 has few digits left."""
     low = rng.uniform(-1, 0, (40, 3))
     boxes = np.stack([low, low + rng.uniform(0, 1, (40, 3))], axis=1)
@@ -137,7 +137,7 @@ def test_instance_tree_boxes_contain_placed_corners(rng: np.random.Generator) ->
         assert np.all(placed <= node["high"].astype(np.float64))
 
 
-def test_instance_tree_has_one_leaf_per_instance(rng: np.random.Generator) -> None:
+def test_build_instance_tree_makes_one_leaf_per_instance(rng: np.random.Generator) -> None:
     boxes = np.tile(np.array([[0.0, 0, 0], [1, 1, 1]]), (9, 1, 1))
     tree = build_instance_tree(boxes, np.tile(np.eye(4), (9, 1, 1)))
     leaves = [node["count"] for node, _, _ in walk_nodes(tree.nodes) if node["count"] >= 0]

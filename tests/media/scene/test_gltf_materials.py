@@ -36,7 +36,7 @@ def test_gltf_unlit_material_is_not_lit(tmp_path):
     assert scene.materials[0].base_color == (0.2, 0.4, 0.6) and not scene.notes
 
 
-def test_metal_and_base_recovers_paint_and_metal():
+def test_convert_specular_recovers_paint_and_metal():
     """Paint reflects 4 % and a metal has no diffuse color; these two cases are exact."""
     paint, gold = np.array([0.8, 0.3, 0.1]), np.array([1.0, 0.77, 0.34])
     metal, base = convert_specular(np.stack([paint, 0 * gold]), np.stack([0 * paint + 0.04, gold]))
@@ -45,7 +45,7 @@ def test_metal_and_base_recovers_paint_and_metal():
 
 
 @given(shares, shares)
-def test_metal_and_base_of_any_glossy_values_is_in_range(diffuse, specular):
+def test_convert_specular_of_any_glossy_values_is_in_range(diffuse, specular):
     metal, base = convert_specular(np.array(diffuse), np.array(specular))
     assert 0 <= metal <= 1
     assert (base >= 0).all() and (base <= 1).all()

@@ -100,7 +100,7 @@ def lists_of_known_surface(
 
 
 @pytest.mark.parametrize(("far_coc", "is_used"), [(20.0, True), (1.0, False)])
-def test_known_far_side_gives_far_color_of_rim(ctx: Device, far_coc: float, is_used: bool) -> None:
+def test_known_far_side_gives_far_color_of_edge(ctx: Device, far_coc: float, is_used: bool) -> None:
     """The pixels beside the edge are blue; the known surface at and behind the edge is green.
 
     At a far coc of 1 px the known surface is not used.

@@ -45,7 +45,7 @@ def test_focus_track_puts_impossible_lens_at_infinity():
     assert FocusTrack().too_close_frames(shot, FrameRange(0, 20)) == ()
 
 
-def test_too_close_lists_frames_nearer_than_the_close_focus():
+def test_too_close_frames_lists_frames_nearer_than_the_close_focus():
     shot = SHOT.with_key(0, FOCUS, 2.0).with_key(10, FOCUS, 0.5)
     track = FocusTrack()
     warned_frames = track.too_close_frames(shot, FrameRange(0, 10))

@@ -19,7 +19,7 @@ def make_pull(shape: PullShape, start=1000, frames=20) -> Shot:
 
 
 @given(st.sampled_from(list(PullShape)), st.integers(1, 6), st.floats(0, 1))
-def test_stretched_pull_keeps_the_shape_of_its_curve(shape, factor, fraction):
+def test_stretch_keys_keeps_the_shape_of_the_curve_of_a_pull(shape, factor, fraction):
     before = make_pull(shape)
     after, chosen = stretch_keys(before, all_keys(before), Ends(1000, 1000 + 20 * factor))
     assert ends_of(chosen) == Ends(1000, 1000 + 20 * factor)
@@ -29,7 +29,7 @@ def test_stretched_pull_keeps_the_shape_of_its_curve(shape, factor, fraction):
 
 
 @given(st.integers(950, 1080))
-def test_stretched_keeps_every_key_for_either_dragged_end(frame):
+def test_stretch_keys_keeps_every_key_for_either_dragged_end(frame):
     before = make_pull(PullShape.OVERSHOOT)
     ends = Ends(1000, frame) if frame > 1010 else Ends(min(frame, 1019), 1020)
     after, chosen = stretch_keys(before, all_keys(before), ends)
@@ -37,7 +37,7 @@ def test_stretched_keeps_every_key_for_either_dragged_end(frame):
     assert chosen == all_keys(after) and ends_of(chosen) == ends
 
 
-def test_stretched_keeps_other_keys_and_replaces_key_at_same_frame():
+def test_stretch_keys_keeps_other_keys_and_replaces_key_at_same_frame():
     shot = make_pull(PullShape.EASE).with_key(1030, FOCUS, 3.0).with_key(1060, FOCUS, 4.0)
     chosen = frozenset(KeyId(FOCUS, frame) for frame in (1000.0, 1020.0))
     after, _ = stretch_keys(shot, chosen, Ends(1000, 1030))
@@ -46,7 +46,7 @@ def test_stretched_keeps_other_keys_and_replaces_key_at_same_frame():
     ]  # fmt: skip
 
 
-def test_stretched_leaves_a_single_key_as_it_is():
+def test_stretch_keys_leaves_a_single_key_as_it_is():
     shot = Shot(Lens(50.0, 2.8, 2.0, 36.0)).with_key(5, FOCUS, 3.0)
     assert ends_of(all_keys(shot)) is None
     assert stretch_keys(shot, all_keys(shot), Ends(5, 9)) == (shot, all_keys(shot))

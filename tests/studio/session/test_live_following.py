@@ -142,7 +142,7 @@ def test_changed_follow_settings_are_one_step_and_stay_on_new_plates(walk, tmp_p
     assert live_follow(walk).follow == late
 
 
-def test_let_go_keeps_focus_of_the_current_frame(walk):
+def test_stop_following_keeps_focus_of_the_current_frame(walk):
     follow_mark(walk)
     followed_m = walk.editing.lens.focus_distance_m
     walk.time.marks.live.stop_following()

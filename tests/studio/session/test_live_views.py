@@ -43,7 +43,7 @@ def test_cheaper_levels_of_scene_methods_need_ever_less_work(requested):
 
 
 @given(SETTINGS)
-def test_on_the_way_levels_add_at_most_half_the_work_of_16_views(requested):
+def test_intermediate_levels_add_at_most_half_the_work_of_16_views(requested):
     """Smaller pictures are extra work; at full size each picture adds views to the last one."""
     smaller = [rung for rung in intermediate_levels(requested) if rung.proxy < requested.proxy]
     full = replace(requested, views=min(requested.views, 16))

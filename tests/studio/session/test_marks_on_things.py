@@ -53,7 +53,7 @@ def test_click_beside_all_matte_objects_sets_a_point_mark(walk):
     assert set_mark(walk, (2, 2)) == PointMark("A", 2.0, 2.0)
 
 
-def test_pick_thing_click_sets_the_matte_that_is_never_blurred(walk):
+def test_click_after_pick_matte_sets_the_matte_that_is_never_blurred(walk):
     reading = walk.files.commands.reading
     walk.time.marks.pick_matte(reading.change_matte, "never_blur")
     walk.time.marks.set_point((14, 10))

@@ -277,7 +277,7 @@ def test_gpu_picture_keeps_version_axis_and_problem_of_its_frame(renderer):
     assert picture.histogram is None
 
 
-def test_with_names_replaces_names_unknown_to_the_color_config():
+def test_limit_to_config_replaces_names_unknown_to_the_color_config():
     messages = []
     color = ColorChoice(None, messages.append)
     assert color.displays() and color.input_spaces() is not None and not messages

@@ -179,7 +179,7 @@ def test_preferences_of_two_windows_keep_the_changes_of_both(tmp_path):
 
 
 @given(REMEMBERED, REMEMBERED, REMEMBERED)
-def test_merged_takes_own_changes_and_otherwise_their_values(theirs, before, after):
+def test_merge_changes_takes_own_changes_and_otherwise_their_values(theirs, before, after):
     theirs, before, after = (replace(values, recent=()) for values in (theirs, before, after))
     assert (
         merge_changes(before, before, after) == after
@@ -198,7 +198,7 @@ NAMES = st.lists(st.sampled_from([f"/p/{i}.exr" for i in range(14)]), max_size=1
 
 
 @given(NAMES, NAMES, st.lists(st.sampled_from(["/a", "/b", "/c"])))
-def test_merged_recent_files_begin_with_those_opened_here(theirs, before, opened):
+def test_merge_changes_begins_recent_files_with_those_opened_here(theirs, before, opened):
     mine = Preferences(PreferenceValues(recent=tuple(before)))
     for name in opened:
         mine.remember_opened(name)

@@ -139,7 +139,7 @@ def test_learning_without_a_turn_is_reported(hand, receiver, messages):
     assert "none was learnt" in messages[-1] and hand.maps == ()
 
 
-def test_to_picture_s_runs_from_first_turn_to_picture_of_the_last(receiver, editing, messages):
+def test_median_latency_runs_from_first_turn_to_picture_of_the_last(receiver, editing, messages):
     clock_s = [10.0]
     hand = RingFollower(receiver, editing, messages.append, clock=lambda: clock_s[0])
     before = editing.lens

@@ -55,7 +55,7 @@ def test_edit_of_unkeyed_f_stop_is_kept_beside_a_tried_focus(editing):
     assert editing.lens.f_stop == 4.0
 
 
-def test_keep_tried_sets_a_key_of_the_tried_focus(editing):
+def test_key_trial_values_sets_a_key_of_the_tried_focus(editing):
     editing.edit_lens(replace(editing.lens, focus_distance_m=7.0))
     editing.key_trial_values()
     assert editing.shot.lens_at(5).focus_distance_m == 7.0 and not editing.trial_parameters

@@ -25,7 +25,7 @@ def test_picture_encodes_few_files_for_many_widths():
 
 
 @given(st.lists(st.sampled_from("abc"), max_size=20), st.sampled_from("abcd"))
-def test_giving_way_frees_a_place_of_an_address_with_two_more_places(addresses, newcomer):
+def test_client_to_replace_is_of_an_address_with_two_more_places(addresses, newcomer):
     places = dict(enumerate(addresses))
     freed = client_to_replace(places, newcomer)
     own_count = addresses.count(newcomer)

@@ -90,7 +90,7 @@ def facts(tmp_path: Path) -> PlateFacts:
 
 @pytest.mark.parametrize("has_many_views", [False, True])
 @pytest.mark.parametrize("settings", [DefocusSettings(), QUICK])
-def test_blur_panel_keeps_every_field(screen, has_many_views, settings):
+def test_blur_rows_keep_every_field(screen, has_many_views, settings):
     assert_fields_kept(lambda value: blur_rows(value, has_many_views), settings)
 
 

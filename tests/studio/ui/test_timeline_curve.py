@@ -166,7 +166,7 @@ def test_focus_curve_without_keys_can_be_clicked_without_a_change(gui):
     assert undo_count(gui) == 1
 
 
-def test_too_close_lists_frames_within_the_close_focus(gui):
+def test_too_close_frames_lists_frames_within_the_close_focus(gui):
     track, shot = FocusTrack(), gui.session.facts.shot
     lens = replace(shot.lens, close_focus_m=1.8)
     warned_frames = track.too_close_frames(

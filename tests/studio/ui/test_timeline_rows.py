@@ -73,7 +73,7 @@ def undo_count(gui: Gui) -> int:
 
 
 @given(st.sampled_from(list(LensParameter)), st.floats(1.0, 2.0), st.floats(1.001, 1.9))
-def test_axis_place_rises_with_the_value_and_is_invertible(parameter, value, factor):
+def test_axis_level_rises_with_the_value_and_is_invertible(parameter, value, factor):
     axis = AXES[parameter]
     assert axis.level_of(value * factor) < axis.level_of(value)
     assert axis.value_at(axis.level_of(value)) == pytest.approx(value)

@@ -44,7 +44,9 @@ def width(tools: list[Tool], rank: int) -> float:
 
 
 @given(TOOLS, st.floats(0.0, 2000.0))
-def test_ranks_kept_shows_as_many_tools_as_fit(tools: list[Tool], row_width: float) -> None:
+def test_highest_fitting_rank_shows_as_many_tools_as_fit(
+    tools: list[Tool], row_width: float
+) -> None:
     last_rank = highest_fitting_rank(tools, row_width, SPACING, MORE_BUTTON_WIDTH)
     ranks = sorted({tool.rank for tool in tools if not tool.is_rare})
     assert width(tools, last_rank) <= row_width or last_rank == ranks[0]

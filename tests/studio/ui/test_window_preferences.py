@@ -72,7 +72,7 @@ def test_playback_ending_and_pace_are_restored(ctx, tmp_path):
         assert not gui.session.time.timeline.playback.is_every_frame
 
 
-def test_lists_all_accepts_only_layouts_with_every_panel():
+def test_lists_all_panels_accepts_only_layouts_with_every_panel():
     assert lists_all_panels("[Window][Picture]\n\n[Window][Lens]\nPos=1,1\n", ["Lens"])
     assert not lists_all_panels("[Window][Picture]\n[Window][Lens]\n", ["Lens", "Display"])
     assert not lists_all_panels("", ["Lens"])
