@@ -64,7 +64,7 @@ def with_checksums(data: bytes) -> bytes:
 def jpeg(folder: Path) -> list[Path]:
     """Write JPEGs: baseline color, progressive color with a rotation, and gray depth."""
     exif = Image.Exif()
-    exif[0x0112] = 6
+    exif[0x0112] = 6  # orientation
     return [
         save(folder / "photo.jpg", _COLORS),
         save(folder / "turned.jpg", _COLORS.swapaxes(0, 1).copy(), exif=exif, progressive=True),

@@ -157,7 +157,7 @@ def _change_bytes(answer: bytes, rng: random.Random) -> bytes:
 
 
 def lying_part(task: PartTask) -> object:
-    """Answer in place of `made_part`, on the thread of a worker."""
+    """Answer in place of `make_part`, on the thread of a worker."""
     lie_kind, _ = current_lie()
     worker = library().get_worker()
 

@@ -104,7 +104,7 @@ def jpeg_with_gdepth(path: Path, near_m, far_m, fraction, form="RangeInverse", t
             + body[offset : offset + size]
         )
     exif = Image.Exif()
-    exif[0x0112] = turn
+    exif[0x0112] = turn  # orientation
     plain = BytesIO()
     Image.fromarray(colors()).save(plain, "JPEG", quality=95, exif=exif)
     segments = b"".join(_segment(data) for data in [_XMP + head.encode(), *reversed(pieces)])

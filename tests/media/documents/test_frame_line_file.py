@@ -14,7 +14,7 @@ from heatlens.media.files import limits
 
 @pytest.fixture(autouse=True)
 def in_this_process(monkeypatch):
-    """Read here, where a fault is seen; `test_a_damaged_file` reads in another process."""
+    """Read in this process, where faults are seen; only the test of damaged files does not."""
     monkeypatch.setattr("heatlens.media.documents.frame_line_file.is_bounded", lambda: True)
     monkeypatch.setattr("heatlens.media.documents.frame_line_file.allow_for", lambda path: None)
 

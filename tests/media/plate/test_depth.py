@@ -44,7 +44,7 @@ def test_read_depth_flips_sign_of_depth_along_minus_z(mark):
 
 def test_read_depth_takes_zero_as_infinity_unless_file_has_another_mark():
     assert row_m(2, 0, 5) == [2, INF, 5]
-    result = read_row(2, 0, 1e10, 5, 6)
+    result = read_row(2, 0, 1e10, 5, 6)  # 1e10 marks infinity: the 0 is damage
     assert result.values[0].tolist() == [2, 2, INF, 5, 6]
     assert result.report.repaired_count == 1
 

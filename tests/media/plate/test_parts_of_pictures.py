@@ -91,8 +91,8 @@ def test_depth_parts_accept_small_color_difference_as_gray(tmp_path, off, is_gre
 )
 def test_picture_header_takes_focal_length_of_exif_but_not_f_stop(tmp_path, focal_mm, is_told):
     exif = Image.Exif()
-    exif.get_ifd(0x8769)[0xA405] = focal_mm
-    exif.get_ifd(0x8769)[0x829D] = 1.8
+    exif.get_ifd(0x8769)[0xA405] = focal_mm  # focal length for 35 mm film, in the Exif block
+    exif.get_ifd(0x8769)[0x829D] = 1.8  # f-stop
     path = save_png(tmp_path / "a.jpg", np.zeros((2, 2, 3), np.uint8), exif=exif)
     header = picture_header(path)
     assert ("pinholeFocalLength" in header) is is_told and "fStop" not in header

@@ -122,7 +122,7 @@ def test_read_plate_uses_primaries_of_photo_profile(tmp_path, depth_map):
 
 def test_read_plate_takes_lens_from_exif(tmp_path, depth_map):
     exif = Image.Exif()
-    exif.get_ifd(0x8769)[0xA405] = 26
+    exif.get_ifd(0x8769)[0xA405] = 26  # focal length for 35 mm film, in the Exif block
     camera = plate_of(save(tmp_path / "e.jpg", colors(), exif=exif), depth_map).camera
     assert (camera.focal_length_mm, camera.sensor_width_mm, camera.f_stop) == (26, 36, None)
 

@@ -54,8 +54,8 @@ def test_portrait_focus_point_rotates_with_photo(tmp_path, turn):
     stored[10:20, 5:25] = 255
     with Image.open(path) as image:
         exif = image.getexif()
-    exif[0x0112] = turn
-    exif.get_ifd(0x8769)[0x9214] = (15, 15)
+    exif[0x0112] = turn  # orientation
+    exif.get_ifd(0x8769)[0x9214] = (15, 15)  # the area in focus, in the Exif block
     plain = tmp_path / "plain.png"
     Image.fromarray(stored).save(plain, exif=exif)
     raw = open_picture(plain)

@@ -36,6 +36,6 @@ def test_open_picture_applies_orientation_at_any_bit_depth(tmp_path, suffix, ori
 def test_picture_info_size_is_that_after_orientation(tmp_path, orientation):
     path = tmp_path / "photo.jpg"
     exif = Image.Exif()
-    exif[0x0112] = orientation
+    exif[0x0112] = orientation  # tag of the orientation
     Image.fromarray(colors()).save(path, exif=exif)
     assert picture_info(path)[0] == open_picture(path).values.shape[1::-1]

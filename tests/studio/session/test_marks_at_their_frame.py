@@ -73,7 +73,7 @@ frames = st.integers(FIRST, LAST)
 def test_mark_distance_is_measured_on_the_frame_it_is_used_at(
     wall, seen, start, length, hidden, is_from_a
 ):
-    """`of_m`, `go` and pulls measure it, from any frame and with any frames not read yet."""
+    """`distance_m`, `focus_on` and pulls measure it, from any frame, with any frames unread."""
     marks, (mark,) = wall.time.marks, wall.editing.shot.marks
     wall.time.timeline.go_to(seen)
     run_until_settled(wall)

@@ -10,7 +10,7 @@ DESCRIPTION = "A shot is a plate seen through a lens that moves over frames."
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the commands below it."""
+    """Add the actions of the command: new, show, sheet and size."""
     actions = parser.add_subparsers(dest="action", required=True, metavar="new|show|sheet|size")
     for name, module in _ACTIONS:
         add_command(actions, name, module.HELP, module)

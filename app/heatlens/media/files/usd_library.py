@@ -42,8 +42,8 @@ def usd_module(name: str) -> ModuleType:
 def report_usd_failures(path: Path | str) -> Iterator[None]:
     """Convert the errors that OpenUSD raises for a damaged file to InputErrors.
 
-    Other errors pass, because they are faults of heatlens. `usd_values` refuses attributes whose
-    values have the wrong type.
+    Other errors pass, because they are faults of heatlens. `float_array`, `integer_array` and
+    `checked_number` refuse attributes whose values have the wrong type.
     """
     errors = usd_module("Tf")
     try:

@@ -122,7 +122,7 @@ class Board:
             self._session.pictures.view.state = changed
 
     def choose(self, changed: Changeable) -> None:
-        """Do the same as `change`, as an undo step of its own."""
+        """Change one of the objects as `change` does; this is an undo step of its own."""
         self._session.editing.settle()
         self.change(changed)
         self._session.editing.settle()

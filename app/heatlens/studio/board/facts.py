@@ -163,7 +163,7 @@ class Facts:
 
     @cached_property
     def marks(self) -> tuple[MarkState, ...]:
-        """The same, with the names alone."""
+        """The marks' names with their distances at this frame in m, None where one is not seen."""
         return tuple(MarkState(mark.name, at_m) for mark, at_m in self.mark_distances_m)
 
     @cached_property

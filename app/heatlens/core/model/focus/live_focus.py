@@ -167,7 +167,7 @@ class LiveFocus:
         return self.pursuits[0].mark + "".join(later_pursuits)
 
     def rename_mark(self, old_name: str, new_name: str) -> "LiveFocus":
-        """Return the same with another name for a mark."""
+        """Return the live focus with another name for a mark."""
         return replace(
             self,
             pursuits=tuple(
@@ -181,7 +181,7 @@ class LiveFocus:
         )
 
     def add_pull(self, mark: str, start_frame: int, frames: int) -> "LiveFocus":
-        """Return the same with a pull to another mark, in `frames` frames from `start_frame` on.
+        """Return the live focus with a pull to another mark in `frames` frames from `start_frame`.
 
         Pulls that end after `start_frame` are left out.
         """

@@ -59,8 +59,8 @@ def _check_output_places(args: argparse.Namespace) -> None:
 
     The frames of a job for a farm are written by other machines, whose disks may differ.
     """
-    # `check_place` makes a file without a name, because access rights are not enough: in /proc they
-    # allow writing, but nothing can be written. A study would find that only after minutes of work.
+    # `check_output_path` makes a file without a name, because access rights are not enough: in
+    # /proc they allow writing, but nothing can be written. A study would find that after minutes.
     is_farm_job = getattr(args, "submit", None) is not None
     for name in OUTPUT_OPTIONS[is_farm_job:]:
         value = getattr(args, name, None)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageOps, features
+from PIL import ExifTags, Image, ImageOps, features
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.extras import BASE, import_extra
@@ -224,7 +224,7 @@ def _collect_info(image: Image.Image | None) -> dict[str, object]:
         (np.asarray(depth_image.to_pillow()), depth_image.info.get("metadata") or {})
         for depth_image in info.get("depth_images", ())
     ]
-    info["exif_tags"] = {**image.getexif(), **image.getexif().get_ifd(0x8769)}
+    info["exif_tags"] = {**image.getexif(), **image.getexif().get_ifd(ExifTags.IFD.Exif)}
     info["segments"] = list(getattr(image, "applist", ()))
     return info
 

@@ -175,7 +175,7 @@ class Editing:
             self._explain_change(old_lens, lens)
 
     def choose_lens(self, lens: Lens) -> None:
-        """Do the same as `edit_lens`, as an undo step of its own."""
+        """Change the lens as `edit_lens` does; this is an undo step of its own."""
         self.settle()
         self.edit_lens(lens)
         self.settle()

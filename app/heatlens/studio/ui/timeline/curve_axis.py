@@ -32,7 +32,7 @@ class CurveAxis:
     parameter     the parameter
     scale         the scale on which equal heights are equal steps
     factor        levels per step of the scale
-    top_place     the topmost level
+    top_level     the topmost level
     min_span      the smallest visible range of levels
     labels        lists of values to label, from few to many; the longest that fits is used
     format_value  formats a value, given the unit of distances
