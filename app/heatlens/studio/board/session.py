@@ -167,7 +167,8 @@ class Session:
             with report_faults("What was read could not be shown"):
                 self._collect_results()
         except HeatlensError as error:
-            self.show_error(error)
+            if not self.files.commands.has_question:
+                self.show_error(error)
             self.files.start_choices.show_after_failure()
         if self.source.plate is None:
             self.pictures.sides.restart()  # its work used a plate that is no longer on the GPU
@@ -179,8 +180,10 @@ class Session:
 
     def update(self) -> None:
         """Answer what has changed with a picture that fits the time."""
-        self.time.scheduler.update()
-        self.moment += 1
+        scheduler = self.time.scheduler
+        before = scheduler.picture_key, scheduler.is_rendering
+        scheduler.update()
+        self.moment += (scheduler.picture_key, scheduler.is_rendering) != before
 
     def note_drawn(self) -> None:
         """Note that the frame of the window is on the screen now."""

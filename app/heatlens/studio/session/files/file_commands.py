@@ -52,6 +52,11 @@ class FileCommands(Commands, Worker):
         begin_functions = self.cameras.begin, self.grades.begin, framing.begin
         self._begin_import = dict(zip(("camera", "grade", "framing"), begin_functions, strict=True))
 
+    @property
+    def has_question(self) -> bool:
+        """True while the user is asked about a source that could not be opened."""
+        return bool(self.no_depth.name or self.unknown_network.name)
+
     # Opening
 
     def open(self, text: str, options: PlateOptions | None = None) -> None:
