@@ -82,11 +82,13 @@ def test_window_and_export_read_each_frame_by_one_depth_convention(inverse, firs
     origins = tuple(source.origin(shot, frame, "stop") for frame in FRAMES)
     loader = source.loader(shot, origins, export)
     assert window.frame == first
+    decided = read_plate(inverse.parent / f"s.{FRAMES[0]:04d}.exr").depth
     for origin in origins:
         loader.load(origin)
         shown = window.cache.read_and_wait(origin.frame, window=0)
         assert shown.depth.convention == export.plate.depth.convention
         assert shown.depth.convention == window.settled_options.depth_convention
+        assert (shown.depth.why, shown.depth.question) == (decided.why, decided.question)
         np.testing.assert_array_equal(shown.depth_m, export.plate.depth_m)
     loader.close()
     window.close()

@@ -66,6 +66,15 @@ def test_half_of_a_picture_without_depth_is_taken_as_its_depth(asked):
     assert asked.session.facts.shot.plate_options.depth_side is DepthSide.RIGHT
 
 
+def test_picture_opened_without_depth_is_all_at_one_distance(asked):
+    assert not asked.session.messages.text  # the box alone says what is missing
+    asked.click(asked.middle("no depth Open without"))
+    source = asked.session.source
+    asked.until(lambda: source.plate.path.name == "photo.png", "the picture")
+    assert set(source.plate.depth_m.flat) == {asked.session.facts.shot.plate_options.one_distance_m}
+    asked.settled()
+
+
 def test_file_of_the_depth_is_chosen_in_a_dialog_after_enter(asked, tmp_path):
     asked.key(imgui.Key.enter)
     asked.frame(3)

@@ -265,7 +265,8 @@ def test_missing_frame_can_be_shown_black(gappy):
     def contrast() -> float:
         return gappy.screenshot()[y0 + 60 : y1 - 4, x0 + 4 : x1 - 4].std()
 
-    gappy.session.time.timeline.missing = "black"
+    gappy.click(gappy.middle("notice Show black"))
+    assert gappy.session.time.timeline.missing == "black"
     gappy.session.time.timeline.go_to(1003)
     gappy.frame(2)
     assert contrast() == 0

@@ -107,6 +107,11 @@ def test_pull_box_makes_a_pull_of_the_chosen_shape(gui, shape):
     before, target_m = gui.session.facts.shot, gui.session.facts.shot.marks[0].distance_m
     gui.key(K.m, shift=True)
     gui.frame(3)
+    x0, _, x1, _ = gui.rect("pull on the bar")  # from the needle to the flag of the mark
+    needle_x, _ = gui.middle("focus on the bar")
+    flag_x0, _, flag_x1, _ = gui.rect("A on the bar")
+    assert min(abs(x0 - needle_x), abs(x1 - needle_x)) < 1.0
+    assert any(abs(x - flag_x) < 1.0 for x in (x0, x1) for flag_x in (flag_x0, flag_x1))
     gui.click(gui.middle("shape"))
     gui.click(gui.middle(f"shape: {shape}"))
     gui.frame(2)

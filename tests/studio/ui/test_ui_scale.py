@@ -30,6 +30,22 @@ def test_scale_keys_resize_panels_and_remember_the_scale(gui):
     assert gui.session.preferences.values.ui_scales == {}
 
 
+@pytest.mark.parametrize(("key", "scale"), [(K.enter, 2.0), (K.escape, 1.0)])
+def test_large_screen_of_unknown_scale_asks_once_how_large_text_should_be(gui, key, scale):
+    gui.ui.scale.screen_width_px = 3840
+    gui.frame(3)
+    assert "scale Twice as large" in gui.drawn
+    gui.key(key)
+    gui.frame(3)
+    assert gui.session.preferences.values.ui_scales == {"": scale}
+    gui.drawn.clear()
+    gui.frame(3)
+    assert "scale As it is" not in gui.drawn and gui.ui.scale.user_scale == scale
+    gui.ui.scale.screen_width_px = 0
+    gui.session.preferences.change(ui_scales={})
+    gui.frame(4)
+
+
 def style_values(style: imgui.Style) -> dict[str, object]:
     """Return all numbers of a style by name."""
     values = {name: getattr(style, name) for name in dir(style) if not name.startswith("__")}

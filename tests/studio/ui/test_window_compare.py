@@ -9,9 +9,11 @@ from imgui_bundle import imgui
 
 from heatlens.core.model.view.view import Against, Compare
 from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.studio.settings.preferences import Preferences
 from support.exr_files import write_file
+from support.gui import gui_of
 from support.plates import room
-from support.session_files import HEIGHT, POST, WIDTH, write_plate
+from support.session_files import HEIGHT, POST, QUICK, WIDTH, room_file, write_plate
 from support.window_plates import display_bytes, plate_pixels, render_shot_from_file, screen_region
 
 K = imgui.Key
@@ -196,3 +198,23 @@ def test_b_is_the_plate_that_was_opened_last(gui, tmp_path, compare):
         expected = display_bytes(gui, np.zeros((HEIGHT, WIDTH, 4), np.float32))
     mask = mask_without_handle(gui) if compare is Compare.WIPE else np.ones((HEIGHT, WIDTH), bool)
     np.testing.assert_array_equal(screen_region(gui)[mask], expected[mask])
+
+
+def test_version_of_the_shot_is_chosen_in_a_box_and_shown_as_b(ctx, tmp_path):
+    preferences = Preferences.load(tmp_path / "settings")
+    with gui_of(ctx, room_file(tmp_path / "room.exr"), preferences, defocus=QUICK) as gui:
+        documents, view = gui.session.files.documents, gui.session.pictures.view
+        gui.session.lens.commands.focus(1.5)
+        gui.session.editing.settle()
+        gui.until(documents.versions, "a version")
+        gui.session.editing.undo()
+        for key, side_b in ((K.escape, Against.PINHOLE), (K.enter, Against.SHOT)):
+            gui.do("Compare with a version...")
+            gui.frame(3)
+            assert "version Cancel" in gui.drawn
+            gui.key(key)
+            gui.until(lambda side_b=side_b: view.state.against is side_b, "the answer")
+            assert not gui.ui.asks_for_version
+        gui.settled()
+        b = gui.session.pictures.sides.picture_of_b(view.state)
+        assert b.shot.lens.focus_distance_m == 1.5 != gui.session.facts.lens.focus_distance_m

@@ -136,6 +136,7 @@ class ReadingOptions(TypedDict, total=False):
     depth_model_output: DepthModelOutput | Literal["auto", "disparity", "metres", "inverse"]
     depth_known: KnownDistance | str | None
     depth_side: DepthSide | Literal["none", "right", "left", "bottom", "top"]
+    one_distance_m: float | None
     flat_depth: str | None
     never_blur: str | None
     only_blur: str | None

@@ -27,7 +27,7 @@ from heatlens.media.plate.neighbours.trust import (
 )
 from heatlens.media.plate.neighbours.view import FloatMatrix, View
 from heatlens.media.plate.parts.header_read import read_headers
-from heatlens.media.plate.plate import Plate
+from heatlens.media.plate.plate import DepthReport, Plate
 from heatlens.media.plate.read import read_plate
 from heatlens.media.sequence.sequence import Sequence, Stamp, stamp_of
 
@@ -44,8 +44,8 @@ class SequenceReader:
     """
 
     def __init__(self, options: PlateOptions, deciding_path: Path | None = None) -> None:
-        self._options = options
-        self._deciding_path = deciding_path
+        self._options, self._deciding_path = options, deciding_path
+        self._guess: DepthReport | None = None  # how the frame was read that decided
         self._lock = threading.Lock()
 
     def __call__(self, path: Path) -> Plate:
@@ -55,7 +55,7 @@ class SequenceReader:
             has_unknown_convention = len(options.behind_conventions) < len(options.behind)
             if options.depth_convention is DepthConvention.AUTO or has_unknown_convention:
                 return self._read_and_decide(path)
-        return read_plate(path, options).count_bins()
+        return read_plate(path, options).with_reason(self._guess).count_bins()
 
     def _read_and_decide(self, path: Path) -> Plate:
         """Read the plate at `path` after the deciding frame has fixed the conventions."""
@@ -66,10 +66,12 @@ class SequenceReader:
                 self._deciding_path = None
         plate = read_plate(path, self._options)
         self._fix_conventions(plate)
-        return plate.count_bins()
+        return plate.with_reason(self._guess).count_bins()
 
     def _fix_conventions(self, plate: Plate) -> None:
         """Make all later plates be read with the conventions of this one."""
+        if self._options.depth_convention is DepthConvention.AUTO:
+            self._guess = plate.depth
         self._options = fix_conventions(self._options, plate)
 
 

@@ -229,6 +229,15 @@ class Plate:
         frame_depth_m = self.depth_m[frame_area]
         return bin_values(np.float32(1.0) / (frame_depth_m if frame_depth_m.size else self.depth_m))
 
+    def with_reason(self, guess: DepthReport | None) -> "Plate":
+        """Return the plate with the reason of a guess for how its depth is read; None for its own.
+
+        Frames after the first are read as it was, and would give that as their reason.
+        """
+        if guess is None:
+            return self
+        return replace(self, depth=replace(self.depth, why=guess.why, question=guess.question))
+
     def count_bins(self) -> "Plate":
         """Count the bins now, for threads that read them later, and return the plate."""
         assert self.bins is not None and self.visible_bins is not None

@@ -29,7 +29,7 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.depth_words import DepthSide
+from heatlens.core.model.depth_words import DepthConvention, DepthKind, DepthSide
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.files.picture_formats import is_picture
 from heatlens.media.plate.behind import (
@@ -72,7 +72,7 @@ from heatlens.media.plate.mattes.matte_options import with_cutout, with_flat_dep
 from heatlens.media.plate.parts.picture_parts import color_parts
 from heatlens.media.plate.picture.highlights import lift_highlights
 from heatlens.media.plate.picture.portrait import apply_photo_focus
-from heatlens.media.plate.plate import FloatImage, Plate, read_pixels
+from heatlens.media.plate.plate import DepthReport, FloatImage, Plate, read_pixels
 from heatlens.media.plate.windows import pixel_aspect_of, read_header_window
 
 
@@ -185,6 +185,8 @@ def read_or_estimate_depth(
 
     Raises InputError as `read_depth_of` and `estimate_depth` do.
     """
+    if options.one_distance_m is not None and choice is not None:
+        return _depth_of_one_distance(pixels_of(parts, choice.rgb[0]).shape, options.one_distance_m)
     is_in_file = options.depth_source is not None or options.depth_channel is not None
     is_in_half = options.depth_side is not DepthSide.NONE
     if is_in_file + is_in_half + (options.depth_model is not None) > 1:
@@ -198,6 +200,16 @@ def read_or_estimate_depth(
         raise InputError(f"{path} has no colour from which a depth could be estimated.")
     light = read_color(path, parts, choice)[0]
     return estimate_depth(path, light, options, partial(read_light, options))
+
+
+def _depth_of_one_distance(shape: tuple[int, ...], distance_m: float) -> DepthResult:
+    """Return a depth with everything at one distance."""
+    why = f"Everything in the picture is taken as {distance_m:g} m away."
+    report = DepthReport(
+        *("none", DepthConvention.DISTANCE, DepthKind.PLANAR, why),
+        *(distance_m, distance_m, 0, 0),
+    )
+    return DepthResult(np.full(shape, distance_m, np.float32), report, ())
 
 
 def read_light(options: PlateOptions, path: Path) -> FloatImage:

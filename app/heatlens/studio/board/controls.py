@@ -34,6 +34,7 @@ from heatlens.studio.session.pictures.live_picture import LivePicture
 from heatlens.studio.session.pictures.look_commands import LookCommands
 from heatlens.studio.session.pictures.picture_commands import PictureCommands
 from heatlens.studio.session.pictures.picture_view import PictureDisplay
+from heatlens.studio.session.pictures.shot_reference import ShotReference
 from heatlens.studio.session.pictures.view_commands import ReferenceLoader, ViewCommands
 from heatlens.studio.session.playing.ahead_jobs import AheadJobs
 from heatlens.studio.session.playing.cached_screen import CachedScreen
@@ -64,9 +65,10 @@ class PictureControl:
         self.frame_store = store_of(shared.preferences.values, frames_folder, shared.wake)
         self.cluster = ClusterFrames(shared, jobs=self.frame_jobs, store=self.frame_store)
         self.sides = CompareSides(self.renderer, WholePictures(self.renderer, self.cluster))
+        self.other_shot = ShotReference(shared, self.sides, self.view)
         self.looks = LookCommands(shared, self.view)
         self.saving = PictureCommands(shared, self.display, self.live)
-        self.workers: tuple[Worker, ...] = (self.references, self.saving)
+        self.workers: tuple[Worker, ...] = (self.references, self.other_shot, self.saving)
 
     def use_header_color_space(self, attributes: Mapping[str, object]) -> str:
         """Use the color space of a plate's header; return a note about it, or ""."""
@@ -179,7 +181,7 @@ class FileControl:
         )
         self.reel = reel = OpenReel(shared, documents, timeline.playback, frames_folder)
         self.commands = FileCommands(
-            *(shared, documents, pictures.saving, pictures.references),
+            *(shared, documents, pictures.saving, pictures.references, pictures.other_shot),
             *(reel, self.exports.write_sheet, FramingImport(shared, pictures.view)),
         )
         self.notices = Notices(shared, timeline, pictures.cluster, self.commands.reading, reel)

@@ -59,6 +59,13 @@ PURPOSES = {
             pictures=suffixes_read,
         ),
         Purpose(
+            "compare shot",
+            "Compare with a shot",
+            "Compare",
+            (SHOT_SUFFIX,),
+            "Shown as B: its lens, keys and blur on the frames that are open.",
+        ),
+        Purpose(
             "save",
             "Save the picture",
             "Save",

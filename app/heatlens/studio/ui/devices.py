@@ -43,6 +43,12 @@ def screen_name(window: GlfwHandle) -> str:
     return f"{text} {size.width}x{size.height}"
 
 
+def screen_width_px(window: GlfwHandle) -> int:
+    """Return the width of the monitor that contains the middle of the window; 0 without one."""
+    monitor = monitor_of(window)
+    return int(glfw.get_video_mode(monitor).size.width) if monitor else 0
+
+
 def monitor_of(window: GlfwHandle) -> GlfwHandle:
     """Return the monitor with the middle of the window, else the first; None if there is none."""
     (x, y), (width, height) = glfw.get_window_pos(window), glfw.get_window_size(window)

@@ -69,7 +69,6 @@ class PictureWindow:
         self.ctrl = HeldAlone(imgui.Key.mod_ctrl, _KEYS_WITH_CTRL)
         self.fade = PictureFade(ctx)
         self._is_bar_dragged = False  # the focus bar is dragged
-        self._has_keyboard = False  # no dialog, field or menu takes the keys
         self.pictures: Pictures | None = None  # the pictures shown in this frame
 
     def draw(self, has_keyboard: bool, is_visible: bool = True) -> None:
@@ -77,7 +76,6 @@ class PictureWindow:
 
         With `is_visible` False it may show the pictures of the previous frame.
         """
-        self._has_keyboard = has_keyboard
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
         self._begin_window()
         imgui.pop_style_var()
@@ -98,7 +96,9 @@ class PictureWindow:
             corner = imgui.get_cursor_screen_pos()
             with theme.over_picture():
                 self._draw_picture(self.pictures, bar_height)
-            rects.note("picture")
+                rects.note("picture")
+                if self.pictures is not None and not self._ui.is_bare:
+                    draw_notice(self._ui, self._control.view.viewport, has_keyboard)
             if bar_height:
                 corner = ImVec2(corner.x, corner.y + free_size.y - bar_height)
                 self._draw_focus_bar(corner, ImVec2(free_size.x, bar_height))
@@ -129,7 +129,7 @@ class PictureWindow:
         """Draw the focus bar, and change the lens as it was dragged."""
         facts, histogram = self._board.facts, self._board.facts.histogram
         assert histogram is not None
-        lens, pointed_mark = focus_bar(facts, histogram, corner, size)
+        lens, pointed_mark = focus_bar(facts, histogram, corner, size, self._ui.pull_target)
         self._is_bar_dragged = imgui.is_item_active()
         if pointed_mark is not None:
             self._draw_mark_loupe(pointed_mark)
@@ -178,8 +178,6 @@ class PictureWindow:
             draw_beat(self._board.facts.beats_left, picture_view.viewport)
         if not (self._ui.is_bare or pictures.tiles):
             draw_lessons(self._lessons, self._control.view.viewport, hides_words)
-        if not self._ui.is_bare:
-            draw_notice(self._ui, self._control.view.viewport, self._has_keyboard)
 
     def _draw_loupe(self, pictures: Pictures) -> None:
         """Draw the loupe if it is on or Ctrl is held, unless a button is down or A is compared."""

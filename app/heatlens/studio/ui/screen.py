@@ -33,6 +33,7 @@ from heatlens.studio.ui.timeline.rendered_panel import rendered_popup
 from heatlens.studio.ui.window_commands import window_commands
 
 _Window = imgui.WindowFlags_
+_DOCKING_FRAMES = 3  # after a panel was docked; until then its tab is cut off
 # Menus whose shortcuts work on the start screen; those of the other menus need a picture.
 _START_SCREEN_MENUS = ("File", "Window", "Help")
 
@@ -66,6 +67,7 @@ class Screen:
             imgui.Key
         ] = ()  # keys that went down in this frame, in their order
         self._hears_keys = False  # the keys of this frame are for the picture
+        self._had_timeline = False  # in the last frame
         self._pictures, cached_screen = pictures, time.frames_ahead.screen
         lessons = Lessons(session.editing, time.marks)
         self.picture = PictureWindow(
@@ -119,6 +121,9 @@ class Screen:
             session, ui = self._session, self.ui
             shows_curve = session.time.keys.rows.shows_curve and ui.is_timeline_shown
             grow_for_curve(ui.timeline, shows_curve, imgui.get_main_viewport().work_size.y)
+        if self._had_timeline != self.ui.is_timeline_shown:
+            self._had_timeline = self.ui.is_timeline_shown
+            self.turn.draw_soon(_DOCKING_FRAMES)
         if is_new_layout:
             imgui.set_window_focus("Lens")  # in front of the other tabs
         # Again, for samples that arrived while the panels were drawn.
@@ -155,10 +160,10 @@ class Screen:
                 session.time.recording.discard()
         elif session.pictures.commands.leave_mode():
             pass
-        elif self.ui.is_bare:
-            self.ui.leave_bare()
-        elif notice is not None and self.picture.pictures is not None:
+        elif notice is not None and self.picture.pictures is not None and not self.ui.is_bare:
             session.files.notices.answer(notice)
+        else:
+            self.ui.leave_bare()
 
     def _actions_of_keys(self) -> list[Command]:
         """Return the commands of pressed keys, in order; Fit over the curve fits that instead."""

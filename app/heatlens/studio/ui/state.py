@@ -55,6 +55,7 @@ class UiScale:
     def __init__(self, preferences: Preferences) -> None:
         self._preferences = preferences
         self.screen = ""  # name of the monitor that the window is on
+        self.screen_width_px = 0
         self.screen_scale = 1.0  # content scale that the system reports for that monitor
         self._applied_scale: float | None = None
         self.is_new = False  # the scale has changed since the last frame
@@ -68,6 +69,17 @@ class UiScale:
     def em(self) -> float:
         """Font size in pixels."""
         return theme.FONT_PX * self.screen_scale * self.user_scale
+
+    @property
+    def is_unknown(self) -> bool:
+        """True for a large screen whose scale neither the system nor the user has told."""
+        is_large = self.screen_width_px >= _LARGE_SCREEN_PX and self.screen_scale == 1.0
+        return is_large and self.screen not in self._preferences.values.ui_scales
+
+    def choose(self, scale: float) -> None:
+        """Keep a scale for this screen, also the usual one."""
+        scales = self._preferences.values.ui_scales
+        self._preferences.change(ui_scales={**scales, self.screen: scale})
 
     def step(self, steps: int) -> None:
         """Enlarge the interface by a number of steps; a negative number makes it smaller."""
@@ -95,6 +107,7 @@ class UiScale:
 
 # The names of the panels on their tabs and in the menu.
 PANELS = ("Lens", "Marks", "Looks", "Display", "Export", "Source", "Reel", "Timeline")
+_LARGE_SCREEN_PX = 3000  # width from which text of the usual size may be too small
 _UPDATE_S = 0.25  # longest delay before the timeline shows newly read frames
 
 
@@ -126,8 +139,10 @@ class UiState:
         self.is_full_screen = False
         self.has_feed = False  # the second window with the picture is open
         self.menu_to_open = ""  # title of the menu to open in the next frame
+        self.pull_target = ""  # the mark to which a pull is being set up
         self.opens_pull = False  # open the popup of the pull in the next frame
         self.is_over = False
+        self.asks_for_version = False  # list the earlier versions of the shot, to compare with
         self.asks_to_quit = False  # show the question whether to stop the running export
         self.shows_export_end = True  # the result of the latest export, until it is dismissed
         self.palette = Palette()

@@ -286,6 +286,8 @@ def _b_words(view: ViewState, control: PictureControl, reference: str | None) ->
     picture_b = control.sides.picture_of_b(view)
     if view.against is Against.LOOK and picture_b is not None:
         return _look_words(view.b_look, control)
+    if view.against is Against.SHOT and picture_b is not None:
+        return printable(control.other_shot.name)
     if picture_b is not None:
         return side_words(picture_b)
     if view.against is Against.REFERENCE and reference is not None:

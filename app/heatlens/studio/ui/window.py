@@ -9,7 +9,13 @@ from functools import partial
 # PYGLFW_LIBRARY for the other.
 from imgui_bundle import imgui  # import before glfw, so that both share one libglfw
 
-from heatlens.studio.ui.devices import GlfwHandle, is_keyboard_taken, pad_axes, screen_name
+from heatlens.studio.ui.devices import (
+    GlfwHandle,
+    is_keyboard_taken,
+    pad_axes,
+    screen_name,
+    screen_width_px,
+)
 
 import glfw  # isort: skip
 
@@ -87,6 +93,7 @@ class Loop:
         self._ui = self._screen.ui
         self._ui.scale.screen_scale = glfw.get_window_content_scale(window)[0]
         self._ui.scale.screen = screen_name(window)
+        self._ui.scale.screen_width_px = screen_width_px(window)
         self._ui.scale.apply()
         restore_layout(self._ui, preferences.values.layout, preferences.values.layout_em)
         self._feed = CleanFeed(self._ctx, window)
@@ -225,6 +232,7 @@ class Loop:
         scale = self._ui.scale
         scale.screen_scale = glfw.get_window_content_scale(self._window)[0]
         scale.screen = screen_name(self._window)
+        scale.screen_width_px = screen_width_px(self._window)
         scale.apply()
         is_full = bool(glfw.get_window_monitor(self._window))
         if is_full != self._ui.is_full_screen:

@@ -18,7 +18,10 @@ _FIRST_TO_OPEN = "Open the demo"  # the command of the session that the dialogs 
 
 def window_commands(ui: UiState) -> tuple[Command, ...]:
     """Return the commands on the window."""
-    return (*_file(ui), *_boxes(ui), *_interface(ui), *_window(ui), *_help(ui))
+    return (
+        *(*_file(ui), *_other_shots(ui), *_boxes(ui)),
+        *(*_interface(ui), *_window(ui), *_help(ui)),
+    )
 
 
 def _dialog(ui: UiState, name: str, purpose: str, key: str = "", before: str = "") -> Command:
@@ -58,6 +61,16 @@ def _file(ui: UiState) -> Iterator[Command]:
     )
     yield from in_group("File", "share", Command("Share with a tablet...", ui.sharing.share))
     yield from in_group("File", "quit", Command("Quit", ui.quit, "Ctrl+Q"))
+
+
+def _other_shots(ui: UiState) -> Iterator[Command]:
+    """Yield the commands that compare with another shot."""
+    versions = Command("Compare with a version...", partial(ui.toggle, "asks_for_version"))
+    yield from in_group(
+        *("Compare", "b"),
+        _dialog(ui, "Compare with a shot...", "compare shot"),
+        replace(versions, synonyms=("autosave", "history", "yesterday")),
+    )
 
 
 def _boxes(ui: UiState) -> Iterator[Command]:

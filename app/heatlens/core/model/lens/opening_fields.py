@@ -151,8 +151,8 @@ class OpeningFields:
     split_position: float = option_field(
         0.0,
         "split position",
-        "distance of the split diopter's edge from the middle of the picture, in halves of its "
-        "width (default 0)",
+        "distance of the split diopter's edge from the middle of the picture towards the glass, in "
+        "halves of its width (default 0)",
         metavar="P",
         least=-1.0,
         most=1.0,

@@ -82,6 +82,7 @@ class PlateOptions:
     depth_model      a network that estimates the depth, in place of a depth that is stored
     depth_model_output  what its values are
     depth_known      scales its values
+    one_distance_m   the distance of everything, in place of a depth
     flat_depth       a thing whose depth is replaced by its median, a plane or its nearest
     never_blur       a thing that stays as it is in the picture
     only_blur        the only thing that is blurred
@@ -219,6 +220,13 @@ class PlateOptions:
         "depth side",
         "half of the picture that holds its depth in grey, as in side-by-side footage",
     )
+    one_distance_m: float | None = option_field(
+        None,
+        "one distance",
+        "distance of everything in a picture that has no depth, to look at it all the same",
+        metavar="METRES",
+        unit="m",
+    )
     flat_depth: str | None = option_field(
         None,
         "flat depth",
@@ -256,6 +264,7 @@ class PlateOptions:
             object.__setattr__(self, name, _enum_member(kind, name, getattr(self, name)))
         check_range("near end of the depth in metres", self.near_m, 0.0, math.inf)
         check_range("far end of the depth in metres", self.far_m, 0.0, math.inf)
+        check_range("one distance in metres", self.one_distance_m, 0.0, math.inf)
         check_range("focal length in mm", self.focal_length_mm, 0.0, math.inf)
         check_range("sensor width in mm", self.sensor_width_mm, 0.0, math.inf)
         for name in ("neighbours", "lift_highlights_stops"):

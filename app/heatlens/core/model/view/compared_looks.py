@@ -10,14 +10,21 @@ CURRENT_LENS = ""  # in place of a look's name: the current lens
 
 def is_look_b(view: ViewState) -> bool:
     """Return True if B is visible and shows a look."""
-    is_b_visible = view.compare not in (Compare.OFF, Compare.GRID)
-    return is_b_visible and view.against is Against.LOOK
+    return _shows_as_b(view, Against.LOOK)
+
+
+def is_shot_b(view: ViewState) -> bool:
+    """Return True if B is visible and shows another shot."""
+    return _shows_as_b(view, Against.SHOT)
+
+
+def _shows_as_b(view: ViewState, against: Against) -> bool:
+    return view.compare not in (Compare.OFF, Compare.GRID) and view.against is against
 
 
 def method_of_b(view: ViewState, has_many_views: bool) -> Method | None:
     """Return the method of B; None if B is not visible or needs a scene and none is open."""
-    is_b_visible = view.compare not in (Compare.OFF, Compare.GRID)
-    if not is_b_visible or view.against is not Against.METHOD:
+    if not _shows_as_b(view, Against.METHOD):
         return None
     return view.b_method if has_many_views or not view.b_method.needs_scene else None
 

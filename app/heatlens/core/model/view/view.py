@@ -29,6 +29,7 @@ class Against(StrEnum):
     REFERENCE = "reference"  # any EXR that was loaded for it
     METHOD = "method"  # the same shot, its blur computed in another way
     LOOK = "look"  # the same frame through the lens of a look
+    SHOT = "shot"  # the same frame with the lens, the keys and the blur of another shot
 
 
 GRID_MOST = 4  # looks beside each other

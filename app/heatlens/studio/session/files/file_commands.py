@@ -14,6 +14,7 @@ from heatlens.studio.session.files.open_questions import DepthQuestion, NetworkQ
 from heatlens.studio.session.files.open_reel import OpenReel
 from heatlens.studio.session.files.plate_reading import PlateReading
 from heatlens.studio.session.files.shot_documents import ShotDocuments
+from heatlens.studio.session.files.shot_versions import Version
 from heatlens.studio.session.lens.lens_imports import (
     FramingImport,
     camera_import,
@@ -21,6 +22,7 @@ from heatlens.studio.session.lens.lens_imports import (
     opening_import,
 )
 from heatlens.studio.session.pictures.picture_commands import PictureCommands
+from heatlens.studio.session.pictures.shot_reference import ShotReference
 from heatlens.studio.session.pictures.view_commands import ReferenceLoader
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.settings.file_purposes import PURPOSES
@@ -35,13 +37,14 @@ class FileCommands(Commands, Worker):
         documents: ShotDocuments,
         pictures: PictureCommands,
         references: ReferenceLoader,
+        other_shot: ShotReference,
         reel: OpenReel,
         write_sheet: Callable[[Path, str], None],
         framing: FramingImport,
     ) -> None:
         super().__init__(shared)
         self._documents, self._pictures = documents, pictures
-        self._references = references
+        self._references, self._other_shot = references, other_shot
         self._reel = reel
         self.reading = PlateReading(shared)
         self.no_depth = DepthQuestion(shared, self.open)
@@ -131,6 +134,10 @@ class FileCommands(Commands, Worker):
             return True
         return False
 
+    def compare_with_version(self, version: Version) -> None:
+        """Make an earlier version of the open shot side B."""
+        self._other_shot.open(version.path, version.words)
+
     def first_folder(self, key: str) -> Path:
         """Return the folder in which a dialog begins: the last one used, or that of the plate.
 
@@ -164,6 +171,8 @@ class FileCommands(Commands, Worker):
         match key:
             case "open" | "shot":
                 self.open(str(path))
+            case "compare shot":
+                self._other_shot.open(path)
             case "reference":
                 self._references.open(frame_path)
             case "depth":

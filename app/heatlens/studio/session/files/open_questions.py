@@ -12,6 +12,8 @@ from heatlens.media.plate.header.channel_choice import NoDepthError
 from heatlens.render.source.opener import Refused
 from heatlens.studio.session.shared import Commands, Shared
 
+_ONE_DISTANCE_M = 3.0  # of everything in a picture that is opened without depth
+
 
 class OpenQuestion(Commands):
     """A question about a source that could not be opened for a reason of one kind."""
@@ -55,6 +57,11 @@ class DepthQuestion(OpenQuestion):
 
     def __init__(self, shared: Shared, open_again: Callable[[str, PlateOptions], None]) -> None:
         super().__init__(shared, open_again, NoDepthError)
+
+    def use_no_depth(self) -> None:
+        """Open the picture with everything at one distance."""
+        self.end()
+        self._open(lambda options: replace(options, one_distance_m=_ONE_DISTANCE_M))
 
     def use_side(self, side: DepthSide) -> None:
         """Take a half of the picture as its depth."""

@@ -1,7 +1,9 @@
 """Open, save and autosave the shot, and offer to recover unsaved changes after a crash."""
 
+import time
 from concurrent.futures import Future, wait
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from heatlens.core.base.errors import HeatlensError
@@ -13,6 +15,12 @@ from heatlens.media.camera.shoot_timecode import match_by_timecode
 from heatlens.media.documents.shot_file import is_shot_file, unnamed_path
 from heatlens.media.sequence.sequence import Sequence
 from heatlens.render.source.opened import Opened
+from heatlens.studio.session.files.shot_versions import (
+    Version,
+    keep_version,
+    versions_folder,
+    versions_in,
+)
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.shot.shot_store import ShotStore, StoredShot, proposed_name
 from heatlens.studio.session.time.timeline import Timeline
@@ -97,6 +105,7 @@ class ShotDocuments(Commands, Worker):
             self._track_write(self.store.drop_autosave(unnamed_path))
         self.path, self._saved, self._autosaved_shot = path, shot, shot
         self._writes.append((self.store.save(path, shot), path))
+        self._keep_version(shot, is_save=True)
         self._preferences.remember_opened(str(path))
 
     def proposed_name(self) -> str:
@@ -202,6 +211,28 @@ class ShotDocuments(Commands, Worker):
             self._track_write(
                 self.store.drop_autosave(target) if is_saved else self.store.autosave(target, shot)
             )
+            if not is_saved:
+                self._keep_version(shot, is_save=False)
+
+    @property
+    def _versions_folder(self) -> Path | None:
+        """The folder of the earlier versions of the open shot; None without preferences."""
+        document = self.path or self._editing.shot.source
+        if self._preferences.path is None or document is None:
+            return None
+        return versions_folder(self._preferences.path, str(document))
+
+    def versions(self) -> tuple[Version, ...]:
+        """Return the last saves and autosaves of the open shot, the newest first."""
+        folder = self._versions_folder
+        return () if folder is None else versions_in(folder)
+
+    def _keep_version(self, shot: Shot, is_save: bool) -> None:
+        """Begin to keep a version of the open shot."""
+        folder = self._versions_folder
+        if folder is not None:
+            keep = partial(keep_version, folder, shot, is_save, time.time())
+            self._track_write(self.store.write(keep))
 
     def write_preferences(self) -> None:
         """Begin to write changed preferences on the thread that writes the shots.

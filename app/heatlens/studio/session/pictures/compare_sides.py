@@ -7,7 +7,7 @@ from math import ceil, log2
 
 from heatlens.core.model.shot.look import Look
 from heatlens.core.model.shot.shot import Shot
-from heatlens.core.model.view.compared_looks import is_look_b, method_of_b, visible_looks
+from heatlens.core.model.view.compared_looks import is_look_b, is_shot_b, method_of_b, visible_looks
 from heatlens.core.model.view.view import Compare, ViewState
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software
@@ -41,6 +41,7 @@ class CompareSides:
         self.a = LivePicture(renderer, cost=CostModel(work_power=power), remote=remote)
         self.b = LivePicture(renderer, first_slot=2, cost=self.a.cost)
         self.looks = LookPictures(renderer, self.b)
+        self.other_shot: Shot | None = None  # what B shows where it is another shot
         self._b_request: Shot | None = None  # the shot of B, while it is rendered
         self._has_looks = False  # several looks are rendered
         self._is_turn_of_b = False
@@ -121,7 +122,9 @@ class CompareSides:
         return has_rendered
 
     def _shot_of_b(self, view: ViewState, shot: Shot) -> Shot | None:
-        """Return the shot with the method of B; None if B shows no method."""
+        """Return the shot with the method of B, or the lens of another shot; else None."""
+        if is_shot_b(view) and self.other_shot is not None:
+            return _with_lens_of(shot, self.other_shot)
         method = method_of_b(view, self._renderer.has_many_views)
         return (
             None if method is None else replace(shot, defocus=replace(shot.defocus, method=method))
@@ -136,14 +139,24 @@ class CompareSides:
             self._is_turn_of_b = side_picture is self.a
 
     def picture_of_b(self, view: ViewState) -> ShownPicture | None:
-        """Return the picture of B if B is a method or a look and it is rendered; None otherwise."""
+        """Return the picture of B if B is rendered: a method, a look, a shot; None otherwise."""
         if is_look_b(view):
             return self.picture_of_look(view.b_look)
+        if is_shot_b(view):
+            return self.a.output if self._b_request is None else self._picture_of_other_shot()
         method = method_of_b(view, self._renderer.has_many_views)
         for side in (self.a, self.b):
             if side.output is not None and side.output.shot.defocus.method is method:
                 return side.output
         return None
+
+    def _picture_of_other_shot(self) -> ShownPicture | None:
+        """Return the latest picture of the other shot; None before there is one."""
+        picture, other = self.b.output, self.other_shot
+        if picture is None or other is None:
+            return None
+        is_of_other = _with_lens_of(picture.shot, other) == picture.shot
+        return picture if is_of_other else None
 
     def picture_of_a(self, view: ViewState) -> ShownPicture | None:
         """Return the picture of A if A is a look and it is rendered; None otherwise."""
@@ -156,6 +169,13 @@ class CompareSides:
     def is_unfinished(self, name: str) -> bool:
         """Return True while the whole picture of a look is not finished."""
         return name not in self._same_as_a and self.looks.is_unfinished(name)
+
+
+def _with_lens_of(shot: Shot, other: Shot) -> Shot:
+    """Return the shot with the lens, the keys and the blur of another one."""
+    return replace(
+        shot, lens=other.lens, curves=other.curves, defocus=other.defocus, marks=other.marks
+    )
 
 
 def _shot_through(shot: Shot, look: Look, view: ViewState, zoom: float) -> Shot:

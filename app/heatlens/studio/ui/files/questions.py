@@ -4,7 +4,7 @@ from heatlens.core.model.depth_words import DepthSide
 from heatlens.deliver.farm.export_process import ExportRun
 from heatlens.studio.board.controls import FileControl
 from heatlens.studio.ui.answers import ask
-from heatlens.studio.ui.state import UiState
+from heatlens.studio.ui.state import UiScale, UiState
 from heatlens.studio.ui.status_bar import export_words
 
 _LEAVE_WORDS = "The cluster can go on with it; opening the shot again shows how far it is."
@@ -13,12 +13,28 @@ _LEAVE, _STOP, _KEEP = "Leave it to the cluster and close", "Stop it and close",
 
 def draw_questions(ui: UiState, run: ExportRun) -> None:
     """Draw the questions that wait for an answer."""
+    _ask_for_scale(ui.scale)
     _ask_for_unsaved_shot(ui.files)
     _ask_for_depth(ui)
     _ask_for_network(ui.files)
     _ask_where_to_save(ui)
     _ask_for_existing_files(ui.files)
+    _ask_for_version(ui)
     _ask_before_quitting(ui, run)
+
+
+def _ask_for_scale(scale: UiScale) -> None:
+    """Ask for the size of text on a large screen whose scale is not known."""
+    if not scale.is_unknown:
+        return
+    words = (
+        f"This screen is {scale.screen_width_px} pixels wide, and the system gives no scale for "
+        "it. Ctrl+plus and Ctrl+minus change the size later."
+    )
+    scales = {"Twice as large": 2.0, "As it is": 1.0}
+    answer = ask("scale", "How large should the interface be?", words, list(scales))
+    if answer:
+        scale.choose(scales[answer])
 
 
 def _ask_before_quitting(ui: UiState, run: ExportRun) -> None:
@@ -37,6 +53,7 @@ def _ask_before_quitting(ui: UiState, run: ExportRun) -> None:
 
 
 _HALVES = {"Left half": DepthSide.LEFT, "Right half": DepthSide.RIGHT}
+_WITHOUT = "Open without"
 _DEPTH_DIALOGS = {"Choose its depth...": "depth", "Estimate...": "network"}
 
 
@@ -46,9 +63,11 @@ def _ask_for_depth(ui: UiState) -> None:
     if not no_depth.name:
         return
     words = f"{no_depth.name} has no depth. Where is it?"
-    answer = ask("no depth", "No depth", words, [*_DEPTH_DIALOGS, *_HALVES, "Cancel"])
+    answer = ask("no depth", "No depth", words, [*_DEPTH_DIALOGS, *_HALVES, _WITHOUT, "Cancel"])
     if answer in _HALVES:
         no_depth.use_side(_HALVES[answer])
+    elif answer == _WITHOUT:
+        no_depth.use_no_depth()
     elif answer:
         no_depth.end()
     if answer in _DEPTH_DIALOGS:
@@ -96,6 +115,19 @@ def _ask_for_existing_files(files: FileControl) -> None:
     answer = ask("existing", "Files are there already", words, ["Export over them", "Cancel"])
     if answer:
         exports.answer_existing(exports_over=answer == "Export over them")
+
+
+def _ask_for_version(ui: UiState) -> None:
+    """Ask which earlier version of the shot to show as B."""
+    if not ui.asks_for_version:
+        return
+    versions = {version.words: version for version in ui.files.documents.versions()}
+    words = "Which save or autosave should be B?" if versions else "No version has been saved yet."
+    answer = ask("version", "Compare with a version", words, [*versions, "Cancel"], "Cancel")
+    if answer:
+        ui.asks_for_version = False
+    if answer in versions:
+        ui.files.commands.compare_with_version(versions[answer])
 
 
 def _ask_for_unsaved_shot(files: FileControl) -> None:

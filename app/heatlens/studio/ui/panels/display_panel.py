@@ -96,6 +96,8 @@ def _compare_rows(
     choices |= {f"method {method}": (Against.METHOD, method) for method in Method}
     if view.against is Against.LOOK:  # chosen in the Looks panel
         choices[f"look {view.b_look}"] = (Against.LOOK, view.b_method)
+    if view.against is Against.SHOT:  # chosen in the Compare menu
+        choices["another shot"] = (Against.SHOT, view.b_method)
     current = (view.against, view.b_method)
     current_name = next((name for name, value in choices.items() if value == current), "pinhole")
     tip = "The same shot by another method, or any EXR: Ctrl+Shift+O opens it."

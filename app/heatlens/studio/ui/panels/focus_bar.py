@@ -5,6 +5,8 @@ on most lens barrels. From top to bottom the bar has a line of figures, the groo
 and the scale.
 """
 
+import math
+
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.outside_text import printable
@@ -20,6 +22,7 @@ from heatlens.studio.ui.rects import Rect
 _HEIGHT_EM, _MAX_SHARE = 5.4, 0.25  # height, and its largest share of the space under the menus
 _FIGURES_EM, _SCALE_EM, _EDGE_EM = 1.55, 1.45, 0.9  # heights of the lines, space at the ends
 _MINOR_EM = 0.2  # length of the fine ticks
+_ARROW_EM = 0.7  # head of the arrow of a pull
 _POINTER_REACH_EM = 0.4  # largest distance between the pointer and its target
 _FOCUS_FONT_SCALE = 1.15  # size of the focus figure relative to the others
 _GAP_EM = 0.45  # gap between figures
@@ -34,11 +37,12 @@ def focus_bar_height(height: float) -> float:
 # The bar is the main control of the window, so it is as wide as the picture. The distance at the
 # pointer is drawn beside the figure of the focus, because a tooltip would cover the scale.
 def focus_bar(
-    facts: Facts, histogram: DepthHistogram, corner: ImVec2, size: ImVec2
+    facts: Facts, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, pull_target: str = ""
 ) -> tuple[Lens, str | None]:
     """Draw the bar in the current window; return the lens, focused by a drag or the wheel.
 
-    A press on the name of a mark focuses exactly on it. Return also the name of the mark whose flag
+    An arrow leads from the needle to the mark `pull_target`, if a pull to it is being set up. A
+    press on the name of a mark focuses exactly on it. Return also the name of the mark whose flag
     the pointer rests on.
     """
     imgui.set_cursor_screen_pos(corner)
@@ -54,7 +58,7 @@ def focus_bar(
         lens = nudge_lens(lens, histogram, notches)
     bar.lens = lens
     is_hovered = imgui.is_item_hovered() and not imgui.is_item_active()
-    bar.draw(is_hovered)
+    bar.draw(is_hovered, pull_target)
     return lens, name if is_hovered else None
 
 
@@ -109,7 +113,7 @@ class _Bar:
                 free_x[row] = x + width + 1.0
         return flags
 
-    def draw(self, is_hovered: bool) -> None:
+    def draw(self, is_hovered: bool, pull_target: str) -> None:
         """Draw everything; `is_hovered` adds the distance at the pointer."""
         end = ImVec2(self._corner.x + self._size.x, self._corner.y + self._size.y)
         self._draw.push_clip_rect(self._corner, end, True)
@@ -127,6 +131,9 @@ class _Bar:
         self._draw_marks()
         self._draw_scale()
         figures = self._draw_needles(near_m, far_m)
+        for name, distance_m in self._marks:
+            if name == pull_target:
+                self._draw_pull(self._x_at(distance_m))
         if is_hovered:
             self._draw_pointer(figures)
         self._draw.pop_clip_rect()
@@ -156,6 +163,18 @@ class _Bar:
             text_corner = ImVec2(x0 + 0.3 * self._em, y0)
             self._draw.add_text(text_corner, theme.colors.on_accent, printable(name))
             rects.note_at(f"{name} on the bar", rect)
+
+    def _draw_pull(self, target_x: float) -> None:
+        """Draw an arrow from the needle to where a pull leads."""
+        x, y = self._x_at(self.lens.focus_distance_m), (self._top + self._bottom) / 2
+        head = min(_ARROW_EM * self._em, abs(target_x - x))
+        back_x = target_x - math.copysign(head, target_x - x)
+        color, tip = theme.colors.accent, ImVec2(target_x, y)
+        self._draw.add_line(ImVec2(x, y), ImVec2(back_x, y), color, _NEEDLE_EM * self._em)
+        self._draw.add_triangle_filled(
+            tip, ImVec2(back_x, y - head / 2), ImVec2(back_x, y + head / 2), color
+        )
+        rects.note_at("pull on the bar", (min(x, target_x), y, max(x, target_x), y))
 
     def _draw_scale(self) -> None:
         """Draw the fine ticks and the labeled distances under the groove."""

@@ -133,7 +133,7 @@ def _close_focus_row(control: TimeControl, unit: str) -> None:
 
 def pull_popup(control: TimeControl, ui: UiState, unit: str) -> None:
     """Draw the popup that sets up a focus pull; Enter or its button makes the keys."""
-    pulls = control.marks.pulls
+    pulls, ui.pull_target = control.marks.pulls, ""
     if ui.opens_pull:
         ui.opens_pull = False
         if not control.editing.shot.marks:
@@ -145,6 +145,7 @@ def pull_popup(control: TimeControl, ui: UiState, unit: str) -> None:
     imgui.set_next_window_size(ImVec2(_PULL_EM[0] * imgui.get_font_size(), 0))
     if imgui.begin_popup(_PULL):
         topmost.disable_key_navigation()
+        ui.pull_target = pulls.target
         imgui.text(f"Pull the focus from frame {control.editing.frame}")
         _pull_fields(control, unit)
         is_pressed = _pull_button("Pull", "pull", has_shift=False)

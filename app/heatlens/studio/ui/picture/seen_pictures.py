@@ -8,7 +8,7 @@ from heatlens.core.model.lens.breathing import plate_ratio
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.look import Look
 from heatlens.core.model.view.compared_looks import grid_names, is_look_b, look_named
-from heatlens.core.model.view.view import Compare, ViewState
+from heatlens.core.model.view.view import Against, Compare, ViewState
 from heatlens.media.plate.overscan_need import overscan_ratio
 from heatlens.media.plate.plate import Plate
 from heatlens.render.display.picture_pass import Detail
@@ -139,7 +139,10 @@ class SeenPictures:
         return self._board.facts.lens if look is None else look.lens
 
     def _lens_of_b(self, view: ViewState) -> Lens:
-        """Return the lens of B: of the look in it, else the shot's."""
+        """Return the lens of B: of the shot or the look in it, else the open shot's."""
+        picture = self._control.sides.picture_of_b(view)
+        if view.against is Against.SHOT and picture is not None:
+            return picture.shot.lens_at(picture.frame)
         look = look_named(self._board.facts.shot, view.b_look) if is_look_b(view) else None
         return self._board.facts.lens if look is None else look.lens
 

@@ -1,0 +1,85 @@
+"""Earlier versions of a shot: its last saves and autosaves, kept in the settings folder."""
+
+import hashlib
+import re
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from heatlens.core.model.keys.key_rows import key_count
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.documents.shot_file import SHOT_SUFFIX, write_shot
+
+VERSIONS_MOST = 10  # of one shot
+BYTES_MOST = 5_000_000  # of all shots together
+_FOLDER = "versions"
+_APART_S = 300.0  # a later autosave within this time replaces the one before
+_NAME = re.compile(rf"(\d{{13}})-(saved|autosaved)-(\d+)-(\d+){re.escape(SHOT_SUFFIX)}")
+
+
+@dataclass(frozen=True)
+class Version:
+    """A shot as it was saved or autosaved at a time."""
+
+    path: Path
+    written_ms: int  # since 1970
+    kind: str  # "saved" or "autosaved"
+    mark_count: int
+    key_count: int
+
+    @property
+    def words(self) -> str:
+        """When and how the version was kept, and how many marks and keys it has."""
+        clock = datetime.fromtimestamp(self.written_ms / 1e3)
+        day = "" if clock.date() == datetime.now().date() else f"{clock:%d %B} "
+        counts = ((self.mark_count, "mark"), (self.key_count, "key"))
+        counted = ", ".join(f"{count} {word}{'s' * (count != 1)}" for count, word in counts)
+        return f"{day}{clock:%H:%M:%S}, {self.kind}: {counted}"
+
+
+def versions_folder(preferences: Path, document: str) -> Path:
+    """Return the folder of the versions of a shot; `document` is its file, or its plate."""
+    digest = hashlib.sha256(document.encode("utf-8", "surrogateescape")).hexdigest()[:16]
+    return preferences.parent / _FOLDER / digest
+
+
+def versions_in(folder: Path) -> tuple[Version, ...]:
+    """Return the versions in a folder, the newest first."""
+    paths = sorted(folder.glob(f"*{SHOT_SUFFIX}"), reverse=True)
+    return tuple(it for it in map(_version_of, paths) if it is not None)
+
+
+def keep_version(folder: Path, shot: Shot, is_save: bool, now_s: float) -> None:
+    """Write a version of a shot, and delete those that are too many, too large or too close.
+
+    `now_s` is the time in seconds since 1970.
+    """
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)  # file names are private
+    now_ms, kind = int(now_s * 1e3), "saved" if is_save else "autosaved"
+    newest = next(iter(versions_in(folder)), None)
+    name = f"{now_ms:013d}-{kind}-{len(shot.marks)}-{key_count(shot)}{SHOT_SUFFIX}"
+    write_shot(folder / name, shot)
+    if newest is not None:
+        is_close = newest.kind == "autosaved" and now_ms - newest.written_ms < _APART_S * 1e3
+        if is_close or newest.path.read_bytes() == (folder / name).read_bytes():
+            newest.path.unlink(missing_ok=True)
+    for version in versions_in(folder)[VERSIONS_MOST:]:
+        version.path.unlink(missing_ok=True)
+    _limit_size(folder.parent)
+
+
+def _limit_size(folder: Path) -> None:
+    """Delete the oldest versions of all shots until the others fit into `BYTES_MOST`."""
+    size, newest_first = 0, sorted(folder.glob("*/*"), key=lambda path: path.name, reverse=True)
+    for path in newest_first:
+        size += path.stat().st_size
+        if size > BYTES_MOST:
+            path.unlink(missing_ok=True)
+
+
+def _version_of(path: Path) -> Version | None:
+    """Return the version in a file; None for a file of another name."""
+    match = _NAME.fullmatch(path.name)
+    if match is None:
+        return None
+    return Version(path, int(match[1]), match[2], int(match[3]), int(match[4]))
