@@ -25,7 +25,7 @@ def focused_at(distance_m: float) -> Shot:
 
 @given(st.lists(st.tuples(st.floats(1.0, 900.0), st.booleans()), max_size=24))
 def test_at_most_ten_versions_are_kept_and_close_autosaves_are_one(tmp_path_factory, writes):
-    folder, now_s, expected = tmp_path_factory.mktemp("v"), 1e9, []
+    folder, now_s, expected = tmp_path_factory.mktemp("v") / "a", 1e9, []
     for pause_s, is_save in writes:
         now_s += round(pause_s, 3)
         if expected and not expected[-1][1] and now_s - expected[-1][0] < 300.0 - 1e-3:
@@ -39,19 +39,22 @@ def test_at_most_ten_versions_are_kept_and_close_autosaves_are_one(tmp_path_fact
 
 def test_versions_of_all_shots_together_stay_small(tmp_path, monkeypatch):
     monkeypatch.setattr(shot_versions, "BYTES_MOST", 4000)
+    (tmp_path / "versions" / "b").mkdir(parents=True)
+    (tmp_path / "versions" / "b" / "notes.txt").write_text("of the user " * 1000)
     for index in range(12):
         folder = tmp_path / "versions" / "ab"[index % 2]
         keep_version(folder, focused_at(2.0 + index), is_save=True, now_s=1e9 + index)
-    files = [path for path in (tmp_path / "versions").glob("*/*") if path.is_file()]
+    files = list((tmp_path / "versions").glob("*/*.json"))
     assert sum(path.stat().st_size for path in files) <= 4000
     newest = versions_in(tmp_path / "versions" / "b")[0]
+    assert (tmp_path / "versions" / "b" / "notes.txt").is_file()
     assert len(files) > 1 and newest.written_ms == int((1e9 + 11) * 1e3)
 
 
 def test_shot_that_is_saved_twice_is_one_version(tmp_path):
     for now_s in (1e9, 1e9 + 1000.0):
-        keep_version(tmp_path, SHOT, is_save=True, now_s=now_s)
-    (version,) = versions_in(tmp_path)
+        keep_version(tmp_path / "a", SHOT, is_save=True, now_s=now_s)
+    (version,) = versions_in(tmp_path / "a")
     assert version.written_ms == int((1e9 + 1000.0) * 1e3)
 
 

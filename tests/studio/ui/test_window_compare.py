@@ -205,16 +205,46 @@ def test_version_of_the_shot_is_chosen_in_a_box_and_shown_as_b(ctx, tmp_path):
     with gui_of(ctx, room_file(tmp_path / "room.exr"), preferences, defocus=QUICK) as gui:
         documents, view = gui.session.files.documents, gui.session.pictures.view
         gui.session.lens.commands.focus(1.5)
-        gui.session.editing.settle()
+        documents.save_as(tmp_path / "room.heatlens.json")
         gui.until(documents.versions, "a version")
+        (saved,) = documents.versions()
         gui.session.editing.undo()
-        for key, side_b in ((K.escape, Against.PINHOLE), (K.enter, Against.SHOT)):
+        for answer, side_b in (("Cancel", Against.PINHOLE), (saved.words, Against.SHOT)):
             gui.do("Compare with a version...")
             gui.frame(3)
-            assert "version Cancel" in gui.drawn
-            gui.key(key)
+            if answer == "Cancel":
+                gui.key(K.escape)
+            else:
+                gui.click(gui.middle(f"version {answer}"))
             gui.until(lambda side_b=side_b: view.state.against is side_b, "the answer")
-            assert not gui.ui.asks_for_version
+            assert documents.offered_versions is None
         gui.settled()
         b = gui.session.pictures.sides.picture_of_b(view.state)
         assert b.shot.lens.focus_distance_m == 1.5 != gui.session.facts.lens.focus_distance_m
+
+
+def test_chosen_channel_is_shown_with_its_values_and_the_picture_comes_back(ctx, tmp_path, rng):
+    color, depth = room(WIDTH, HEIGHT)
+    normals = {f"N.{leaf}": rng.uniform(-1, 1, depth.shape).astype(np.float32) for leaf in "XYZ"}
+    write_plate(tmp_path / "room.exr", color, Z=depth, **normals)
+    with gui_of(ctx, tmp_path / "room.exr", defocus=QUICK) as gui:
+        channel, view = gui.session.pictures.channel, gui.session.pictures.view
+        gui.settled()
+        before = screen_region(gui)
+        imgui.set_window_focus("Display")
+        gui.frame(3)
+        for choice in ("N", "picture"):
+            gui.click(gui.middle("channel"))
+            gui.click(gui.middle(f"channel: {choice}"))
+            gui.until(lambda choice=choice: channel.is_current == (choice == "N"), "the channel")
+            gui.frame(3)
+            if choice == "N":
+                assert view.state.compare is Compare.FLIP
+                assert channel.texture.size == (WIDTH, HEIGHT)
+                gui.move(gui.middle("picture"))
+                gui.frame(2)
+                assert "N.X " in gui.screen.status.words(gui.screen.picture.hovered_px)
+                assert np.any(screen_region(gui) != before)
+        assert view.state.compare is Compare.OFF
+        gui.settled()
+        np.testing.assert_array_equal(screen_region(gui), before)

@@ -269,11 +269,17 @@ def layer_limits_px(optics: Optics, shot: Shot) -> tuple[float, ...]:
 
 
 def picture_of_b(
-    view: ViewState, plate: Pinhole, reference: Texture | None, method_picture: ShownPicture | None
+    view: ViewState,
+    plate: Pinhole,
+    file_picture: Texture | None,
+    method_picture: ShownPicture | None,
 ) -> Texture:
-    """Return the picture of side B: the chosen one if available, else the pinhole picture."""
+    """Return the picture of side B: the chosen one if available, else the pinhole picture.
+
+    `file_picture` is a reference, or a channel of the plate.
+    """
     if method_picture is not None:
         return method_picture.texture
-    if view.against is Against.REFERENCE and reference is not None:
-        return reference
+    if view.against in (Against.REFERENCE, Against.CHANNEL) and file_picture is not None:
+        return file_picture
     return plate.color

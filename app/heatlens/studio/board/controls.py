@@ -29,6 +29,7 @@ from heatlens.studio.session.live.ring_recording import RingRecording
 from heatlens.studio.session.live.sent_lens import SentLens
 from heatlens.studio.session.marks.mark_commands import MarkCommands
 from heatlens.studio.session.marks.mark_measuring import SceneMarkTracks
+from heatlens.studio.session.pictures.channel_view import ChannelView
 from heatlens.studio.session.pictures.compare_sides import CompareSides
 from heatlens.studio.session.pictures.live_picture import LivePicture
 from heatlens.studio.session.pictures.look_commands import LookCommands
@@ -65,10 +66,13 @@ class PictureControl:
         self.frame_store = store_of(shared.preferences.values, frames_folder, shared.wake)
         self.cluster = ClusterFrames(shared, jobs=self.frame_jobs, store=self.frame_store)
         self.sides = CompareSides(self.renderer, WholePictures(self.renderer, self.cluster))
+        self.channel = ChannelView(shared, self.view)
         self.other_shot = ShotReference(shared, self.sides, self.view)
         self.looks = LookCommands(shared, self.view)
         self.saving = PictureCommands(shared, self.display, self.live)
-        self.workers: tuple[Worker, ...] = (self.references, self.other_shot, self.saving)
+        self.workers: tuple[Worker, ...] = (
+            *(self.references, self.other_shot, self.channel, self.saving),
+        )
 
     def use_header_color_space(self, attributes: Mapping[str, object]) -> str:
         """Use the color space of a plate's header; return a note about it, or ""."""

@@ -164,7 +164,7 @@ class DockedPanels:
         self._board.change(
             display_panel(
                 *(facts.view, pictures.color, name, facts.has_many_views, self._notify),
-                *(facts.shot.grade, facts.lens.squeeze),
+                *(facts.shot.grade, facts.lens.squeeze, pictures.channel.choices),
             )
         )
 

@@ -142,7 +142,6 @@ class UiState:
         self.pull_target = ""  # the mark to which a pull is being set up
         self.opens_pull = False  # open the popup of the pull in the next frame
         self.is_over = False
-        self.asks_for_version = False  # list the earlier versions of the shot, to compare with
         self.asks_to_quit = False  # show the question whether to stop the running export
         self.shows_export_end = True  # the result of the latest export, until it is dismissed
         self.palette = Palette()

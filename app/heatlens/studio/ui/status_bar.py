@@ -219,7 +219,8 @@ class StatusBar:
             _, window = facts.windows()
             coc_px = values.coc_px * window.width / plate.display_window.width
             values = replace(values, display_px=hovered_px, data_px=hovered_px, coc_px=coc_px)
-        return reading_text(values, facts.unit, facts.lens)
+        channel = printable(self._control.channel.words_at(values.data_px))
+        return channel + reading_text(values, facts.unit, facts.lens)
 
 
 def _draw_fitted(words: str, width: float) -> None:
@@ -288,6 +289,8 @@ def _b_words(view: ViewState, control: PictureControl, reference: str | None) ->
         return _look_words(view.b_look, control)
     if view.against is Against.SHOT and picture_b is not None:
         return printable(control.other_shot.name)
+    if view.against is Against.CHANNEL:
+        return printable(view.channel)
     if picture_b is not None:
         return side_words(picture_b)
     if view.against is Against.REFERENCE and reference is not None:

@@ -65,7 +65,7 @@ def _file(ui: UiState) -> Iterator[Command]:
 
 def _other_shots(ui: UiState) -> Iterator[Command]:
     """Yield the commands that compare with another shot."""
-    versions = Command("Compare with a version...", partial(ui.toggle, "asks_for_version"))
+    versions = Command("Compare with a version...", ui.files.documents.offer_versions)
     yield from in_group(
         *("Compare", "b"),
         _dialog(ui, "Compare with a shot...", "compare shot"),

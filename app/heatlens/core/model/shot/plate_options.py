@@ -221,11 +221,7 @@ class PlateOptions:
         "half of the picture that holds its depth in grey, as in side-by-side footage",
     )
     one_distance_m: float | None = option_field(
-        None,
-        "one distance",
-        "distance of everything in a picture that has no depth, to look at it all the same",
-        metavar="METRES",
-        unit="m",
+        None, "one distance", "distance of all of a picture without depth", metavar="M", unit="m"
     )
     flat_depth: str | None = option_field(
         None,

@@ -29,6 +29,7 @@ class Against(StrEnum):
     REFERENCE = "reference"  # any EXR that was loaded for it
     METHOD = "method"  # the same shot, its blur computed in another way
     LOOK = "look"  # the same frame through the lens of a look
+    CHANNEL = "channel"  # any channel of the plate's file
     SHOT = "shot"  # the same frame with the lens, the keys and the blur of another shot
 
 
@@ -65,6 +66,7 @@ class ViewState:
     overlay          name of what is drawn over the picture, see `model.view.overlays`
     b_method         how B's blur is computed where B is a method
     b_look           name of the look if B is a look
+    channel          what of the plate's file B shows where it is a channel
     a_look           name of A's look if B is a look; "" for the current lens
     grid             names of the looks in the grid, () for the first ones
     wipe             position of the handle, from 0 at the left of the picture to 1 at the right
@@ -90,6 +92,7 @@ class ViewState:
     against: Against = Against.PINHOLE
     b_method: Method = Method.GATHER
     b_look: str = ""
+    channel: str = ""
     a_look: str = ""
     grid: tuple[str, ...] = ()
     wipe: float = 0.5

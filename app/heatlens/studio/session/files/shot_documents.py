@@ -62,6 +62,7 @@ class ShotDocuments(Commands, Worker):
         self._saved: Shot | None = None
         self._autosaved_shot: Shot | None = None  # the shot that is autosaved, or needs no autosave
         self._read_future: Future[StoredShot] | None = None
+        self.offered_versions: tuple[Version, ...] | None = None  # until the user has answered
         self.failed_save = ""  # why the shot could not be saved, until the user has answered
         # Writes, each with the shot file that it saves, or None.
         self._writes: list[tuple[Future[None], Path | None]] = []
@@ -221,6 +222,10 @@ class ShotDocuments(Commands, Worker):
         if self._preferences.path is None or document is None:
             return None
         return versions_folder(self._preferences.path, str(document))
+
+    def offer_versions(self) -> None:
+        """Ask which version to compare with; the list stays as it is now until the answer."""
+        self.offered_versions = self.versions()
 
     def versions(self) -> tuple[Version, ...]:
         """Return the last saves and autosaves of the open shot, the newest first."""

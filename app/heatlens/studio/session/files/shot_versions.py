@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -70,11 +71,13 @@ def keep_version(folder: Path, shot: Shot, is_save: bool, now_s: float) -> None:
 
 def _limit_size(folder: Path) -> None:
     """Delete the oldest versions of all shots until the others fit into `BYTES_MOST`."""
-    size, newest_first = 0, sorted(folder.glob("*/*"), key=lambda path: path.name, reverse=True)
-    for path in newest_first:
-        size += path.stat().st_size
-        if size > BYTES_MOST:
-            path.unlink(missing_ok=True)
+    versions = [version for of_shot in folder.iterdir() for version in versions_in(of_shot)]
+    size = 0
+    for version in sorted(versions, key=lambda version: version.written_ms, reverse=True):
+        with suppress(FileNotFoundError):  # another window has deleted it
+            size += version.path.stat().st_size
+            if size > BYTES_MOST:
+                version.path.unlink()
 
 
 def _version_of(path: Path) -> Version | None:

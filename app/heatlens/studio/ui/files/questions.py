@@ -119,13 +119,14 @@ def _ask_for_existing_files(files: FileControl) -> None:
 
 def _ask_for_version(ui: UiState) -> None:
     """Ask which earlier version of the shot to show as B."""
-    if not ui.asks_for_version:
+    documents = ui.files.documents
+    if documents.offered_versions is None:
         return
-    versions = {version.words: version for version in ui.files.documents.versions()}
+    versions = {version.words: version for version in documents.offered_versions}
     words = "Which save or autosave should be B?" if versions else "No version has been saved yet."
     answer = ask("version", "Compare with a version", words, [*versions, "Cancel"], "Cancel")
     if answer:
-        ui.asks_for_version = False
+        documents.offered_versions = None
     if answer in versions:
         ui.files.commands.compare_with_version(versions[answer])
 

@@ -1,6 +1,6 @@
 """Draw the Display panel: color, overlays, comparison, focus peaking, masks and guides."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from heatlens.core.model.shot.grade import Grade
@@ -12,6 +12,7 @@ from heatlens.studio.ui import widgets
 from heatlens.studio.ui.panels.guides_panel import guides_rows, peaking_rows
 from heatlens.studio.ui.segments import segments
 
+_PICTURE = "picture"  # in the list of channels: none of them
 _COMPARE_NAMES: Mapping[Compare, str] = {
     Compare.OFF: "off",
     Compare.WIPE: "wipe",
@@ -28,12 +29,14 @@ def display_panel(
     notify: Callable[[str], None],
     grade: Grade | None = None,
     squeeze: float = 1.0,
+    channels: Sequence[str] = (),
 ) -> ViewState:
     """Draw the panel; return the view as the user left it.
 
-    `reference` is the name of its EXR, `squeeze` that of the lens.
+    `reference` is the name of its EXR, `squeeze` that of the lens, and `channels` are those of the
+    plate's file.
     """
-    view = _color_rows(view, color)
+    view = _color_rows(_channel_row(view, channels), color)
     if grade is not None:
         view = replace(
             view, is_graded=widgets.check("grade", view.is_graded, tip=_grade_words(grade))
@@ -48,6 +51,21 @@ def display_panel(
     compare = segments("compare", view.compare, _COMPARE_NAMES, 4, tip)
     view = _compare_rows(replace(view, compare=compare), reference, has_many_views, notify)
     return guides_rows(view, squeeze, notify)
+
+
+def _channel_row(view: ViewState, channels: Sequence[str]) -> ViewState:
+    """Draw the choice of the channel to look at in place of the picture; return the view."""
+    if not channels:
+        return view
+    is_shown = view.against is Against.CHANNEL and view.compare is Compare.FLIP
+    current = view.channel if is_shown else _PICTURE
+    tip = "Any channel of the file: directions around grey, ids in colours, numbers by size."
+    chosen = widgets.choice("channel", current, [_PICTURE, *channels], tip)
+    if chosen == current:
+        return view
+    if chosen == _PICTURE:
+        return replace(view, against=Against.PINHOLE, compare=Compare.OFF)
+    return replace(view, against=Against.CHANNEL, compare=Compare.FLIP, channel=chosen)
 
 
 def _grade_words(grade: Grade) -> str:
@@ -96,6 +114,8 @@ def _compare_rows(
     choices |= {f"method {method}": (Against.METHOD, method) for method in Method}
     if view.against is Against.LOOK:  # chosen in the Looks panel
         choices[f"look {view.b_look}"] = (Against.LOOK, view.b_method)
+    if view.against is Against.CHANNEL:
+        choices[f"channel {view.channel}"] = (Against.CHANNEL, view.b_method)
     if view.against is Against.SHOT:  # chosen in the Compare menu
         choices["another shot"] = (Against.SHOT, view.b_method)
     current = (view.against, view.b_method)

@@ -88,11 +88,11 @@ class SeenPictures:
 
     def _linear_b(self, view: ViewState) -> Texture:
         """Return the scene-linear texture of B."""
-        reference, method_picture = (
-            self._board.facts.reference,
-            self._control.sides.picture_of_b(view),
-        )
+        reference, channel = self._board.facts.reference, self._control.channel
         texture = None if reference is None else reference.texture
+        if view.against is Against.CHANNEL:
+            texture = channel.texture if channel.is_current else None
+        method_picture = self._control.sides.picture_of_b(view)
         return picture_of_b(view, self._control.renderer.loaded, texture, method_picture)
 
     def _texture_a(self, picture_a: ShownPicture, view: ViewState, linear_b: Texture) -> Texture:
