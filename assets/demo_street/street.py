@@ -40,7 +40,7 @@ def build_street(stage: DemoSet) -> None:
 
 
 def _pavements(stage: DemoSet) -> None:
-    """Add the pavements; the road between them is in `wet_ground`."""
+    """Add the pavements; the road between them is the wet ground of make.py."""
     stone = stage.paint((0.09, 0.085, 0.08), 0.45, name="kerb")
     kerb = stage.mesh(box(1.6, 0.12, 72.0), stone)
     stage.put("ground", kerb, moved(-4.8, 0, -42), moved(4.8, 0, -42))

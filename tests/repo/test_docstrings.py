@@ -2,6 +2,8 @@
 
 ruff holds every summary to one line in the imperative mood (D205, D401), but it does not know words
 such as "of" or "where" at the beginning. What begins with one of these is a fragment.
+
+A name in backticks is that of something that exists.
 """
 
 import ast
@@ -54,6 +56,28 @@ def fragments_in(path: Path) -> Iterator[str]:
             docstring = ast.get_docstring(node)
             if docstring and begins_with_no_verb(docstring):
                 yield f"{path.relative_to(ROOT)}:{node.lineno}: {docstring.splitlines()[0]}"
+
+
+def unknown_names_in_backticks() -> Iterator[str]:
+    """Yield the names in backticks, in comments and docstrings, that occur nowhere else."""
+    paths = [
+        path
+        for folder in ("app/heatlens", "tests", "shaders", "assets")
+        for path in (ROOT / folder).rglob("*.*")
+        if path.suffix in (".py", ".glsl")
+    ]
+    texts = {path: path.read_text(encoding="utf-8") for path in paths}
+    words = {path.name.partition(".")[0] for path in paths}
+    for text in texts.values():
+        words.update(re.findall(r"\w+", re.sub(r"`\w+`", "", text)))
+    for path, text in texts.items():
+        for name in re.findall(r"`([A-Za-z]+_\w+)`", text):
+            if name not in words:
+                yield f"{path.relative_to(ROOT)}: {name}"
+
+
+def test_names_in_backticks_exist():
+    assert not list(unknown_names_in_backticks())
 
 
 def test_no_docstring_summary_is_a_fragment():

@@ -62,7 +62,7 @@ def pressed(commands: Sequence[Command]) -> Iterator[Command]:
     While a text field is edited, only keys that the field does not use itself count.
 
     No shortcut has Alt or the logo key, so none counts while they are held. ImGui's own
-    `is_key_chord_pressed` is not used, as it ignores the + key without Shift.
+    `imgui.is_key_chord_pressed` is not used, as it ignores the + key without Shift.
     """
     io = imgui.get_io()
     if io.key_alt or io.key_super:
