@@ -4,7 +4,6 @@
 //
 // Inputs
 //   depth_tx    r planar meters
-
 //   with LISTS, lib/fragment_list.lib.glsl, where a fragment_line of (0, 1) makes the coc of a fragment its dioptres
 // Output
 //   count_buf   surfaces in each bin; zeros before the pass

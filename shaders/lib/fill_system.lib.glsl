@@ -18,7 +18,7 @@
 //
 // Inputs
 //   state_tx       r diameter |coc|, g content, 0..1
-//   axis_scale     diameter along this axis / that of state_tx
+//   axis_scale     by which the diameters of state_tx are multiplied, to have those along this axis
 //   is_near        columns only: nearer surfaces are blurred more, not less
 //   rows_diameter_buf, rows_weight_buf   columns only: the outputs of the rows
 // Outputs
