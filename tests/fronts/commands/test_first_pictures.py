@@ -9,17 +9,18 @@ import numpy as np
 from PIL import Image
 
 from heatlens.core.base.errors import NoWindowError
-from heatlens.fronts.commands import first_pictures
 from heatlens.fronts.commands.command_parser import build_parser
 from heatlens.fronts.commands.command_table import put_command_first
 from heatlens.fronts.commands.main import main
+from heatlens.fronts.commands.output import first_pictures
 from support.command_line import ENVIRONMENT
 
 NO_DISPLAY = {k: v for k, v in ENVIRONMENT.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
 
 
 SMALL = """
-from heatlens.fronts.commands import first_pictures, main
+from heatlens.fronts.commands import main
+from heatlens.fronts.commands.output import first_pictures
 first_pictures._SIZE = (80, 45)  # the size is not tested, and draws in a third of the time
 raise SystemExit(main.main([]))
 """

@@ -194,8 +194,8 @@ def test_gpu_help_depends_on_cause():
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (["help", "rendr"], "There is no command 'rendr'. Did you mean render?"),
-        (["help", "qqq"], "There is no command 'qqq'; there are view, render,"),
+        (["help", "rendr"], "in the manual about 'rendr'. Did you mean render?"),
+        (["help", "qqq"], "in the manual about 'qqq'. Try other words."),
         (["shot"], "required: new|show"),
     ],
 )

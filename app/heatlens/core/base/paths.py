@@ -141,6 +141,13 @@ def data_dir(name: str) -> Path:
     )
 
 
+def manual_pages() -> tuple[Path, ...]:
+    """Return the pages of the manual: in a wheel below the package, in a checkout beside it."""
+    folders = (_PACKAGE / "manual", _PACKAGE.parent, _PACKAGE.parent / "manual")
+    paths = (folder / name for name in ("options.md", "MANUAL.md") for folder in folders)
+    return tuple(path for path in paths if path.is_file())
+
+
 _NAME = "heatlens"
 _IS_LINUX = sys.platform.startswith("linux")
 

@@ -40,6 +40,7 @@ COMMANDS = {
     "study": Command("compare every method on one frame, as a page", "lab"),
     "bench": Command("measure how long a frame takes on this machine", "lab"),
     "serve": Command("share a picture with tablets and browsers, without a window"),
+    "help": Command("find options, keys and sections of the manual by words"),
     "kits": Command("list the lens kits"),
     "doctor": Command("check that everything works on this machine"),
     "addon": Command("write the add-on for Blender as a file to install"),
@@ -61,26 +62,20 @@ def put_command_first(argv: Sequence[str]) -> list[str]:
     if not words:
         return ["view"]
     first, other_words = words[0], words[1:]
-    if first in ("-h", "--help") and other_words:
-        first = "help"
+    if first in ("-h", "--help") and other_words and other_words[0][:1] != "-":
+        first, words = "help", ["help", *other_words]
+    if first == "help" and not other_words:
+        return ["--help"]
+    if first == "help" and other_words[0] in COMMANDS:
+        return [*other_words, "--help"]
     if first in _QUIET_OPTIONS:
         command, *command_words = put_command_first(other_words)
         return [command, first, *command_words]
     if first in (*COMMANDS, *_PROGRAM_OPTIONS):
         return words
-    if first in ("help", "version") and not os.path.exists(first):
-        if first == "help" and other_words and other_words[0] not in COMMANDS:
-            raise InputError(
-                f"There is no command {other_words[0]!r}{_command_suggestion(other_words[0])}"
-            )
-        return [*other_words, "--help"] if first == "help" else ["--version"]
+    if first == "version" and not os.path.exists(first):
+        return ["--version"]
     similar = difflib.get_close_matches(first, COMMANDS, 1)
     if similar and not os.path.exists(first):
         raise InputError(f"There is no command or file {first!r}. Did you mean {similar[0]}?")
     return ["view", *words]
-
-
-def _command_suggestion(word: str) -> str:
-    """Return the end of an error message: the command most like `word`, or else all commands."""
-    similar = difflib.get_close_matches(word, COMMANDS, 1)
-    return f". Did you mean {similar[0]}?" if similar else f"; there are {', '.join(COMMANDS)}."

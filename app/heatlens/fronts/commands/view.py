@@ -144,7 +144,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         return _open(args)
     except NoWindowError as error:
-        from heatlens.fronts.commands.first_pictures import make_first_pictures
+        from heatlens.fronts.commands.output.first_pictures import make_first_pictures
 
         return make_first_pictures(error)
 

@@ -1,0 +1,46 @@
+"""`heatlens help WORD ...`: find options, keys and sections of the manual by words."""
+
+import argparse
+import textwrap
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.paths import manual_pages
+from heatlens.core.model.option import suggest_similar
+from heatlens.fronts.commands.command_table import COMMANDS
+from heatlens.fronts.commands.output.manual_search import Passage, best_passages, passages_of
+
+DESCRIPTION = """\
+Searches the manual, which needs no network, and prints the options, keys and sections that fit
+best. The name of a command prints its help instead."""
+EPILOG = """\
+examples:
+  heatlens help overwrite
+  heatlens help unit of a table
+  heatlens help render
+"""
+_MOST_HITS = 8
+_MOST_CHARACTERS = 220  # of a passage that is printed
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the words."""
+    parser.add_argument("words", nargs="+", metavar="WORD", help="what to look for")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the passages that fit the words best. Raises InputError if there are none."""
+    passages = [it for page in manual_pages() for it in passages_of(page.read_text("utf-8"))]
+    hits = best_passages(passages, " ".join(args.words), _MOST_HITS)
+    if not hits:
+        raise InputError(
+            f"There is no command and nothing in the manual about {' '.join(args.words)!r}."
+            f"{suggest_similar(args.words[0], COMMANDS) or ' Try other words.'}"
+        )
+    print("\n\n".join(_text_of(it) for it in hits))
+    return 0
+
+
+def _text_of(passage: Passage) -> str:
+    """Return a passage as it is printed: where it stands, and its beginning."""
+    text = textwrap.shorten(passage.text, _MOST_CHARACTERS, placeholder=" ...")
+    return f"{passage.place}\n{textwrap.indent(textwrap.fill(text, 96), '  ')}"

@@ -1,0 +1,115 @@
+"""Search the pages of the manual by words; each row, item and paragraph is a passage.
+
+Passages are ranked by the words that they share with the question, rare words first (the inverse
+document frequency of K. Sparck Jones, 1972), and words of names, headings and bold text most.
+"""
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+_NAME_WEIGHT = 3.0  # of a word in the name of an option, in a heading or in bold text
+_OPTION_WEIGHT = 5.0  # of the only word in the name of an option
+_FAMILIAR_LENGTH = 4  # letters that two words share if they are forms of one, such as fast, faster
+_LONGEST_ENDING = 3  # letters that may follow them
+# Words that users ask with, and what the pages call the same.
+_SAME = (
+    ("faster", "quick", "speed", "proxy"),
+    ("resume", "again", "missing"),
+    ("elsewhere", "folder", "moved"),
+    ("brighter", "glow", "highlight", "lift"),
+    ("gpu", "device", "driver"),
+    ("log", "report", "curve"),
+    ("single", "one"),
+    ("black", "inverse", "white"),
+)
+_UNTOLD = frozenset("a an and at do for from how i in is it my of on or the to what with".split())
+_HEADS = re.compile(r"^\|.*\n\| ---.*$", re.MULTILINE)  # of tables
+_BLOCKS = re.compile(r"\n\s*\n|\n(?=- )|\n(?=\|)|\n(?=#)")
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A row of a table, an item of a list or a paragraph, and the headings above it."""
+
+    place: str
+    text: str
+
+    @cached_property
+    def words(self) -> dict[str, float]:
+        """How much each word weighs in it."""
+        names = " ".join(re.findall(r"\*\*.+?\*\*|--[\w-]+", self.text)) + " " + self.place
+        options = re.findall(r"--([a-z]+)(?![\w-])", self.text)
+        weights = dict.fromkeys(_words_in(self.text), 1.0)
+        weights |= dict.fromkeys(_words_in(names), _NAME_WEIGHT)
+        return weights | dict.fromkeys(options, _OPTION_WEIGHT)
+
+
+def passages_of(page: str) -> Iterator[Passage]:
+    """Yield the passages of a page in Markdown; code, pictures and heads of tables are none."""
+    headings: dict[int, str] = {}
+    text_only = _HEADS.sub("\n", re.sub(r"```.*?```", "", page, flags=re.DOTALL))
+    for block in _BLOCKS.split(text_only):
+        text = " ".join(block.split())
+        level = len(text) - len(text.lstrip("#"))
+        if level:
+            headings = {it: heading for it, heading in headings.items() if it < level}
+            headings[level] = text.lstrip("# ")
+        elif text and not text.startswith("!["):
+            place = " > ".join(heading for it, heading in headings.items() if it > 1)
+            yield Passage(place or headings.get(1, ""), _plain(text))
+
+
+def best_passages(passages: Iterable[Passage], question: str, most: int) -> Sequence[Passage]:
+    """Return the passages that fit a question best, the best one first; none if no word fits."""
+    passages = list(passages)
+    alternatives = [_forms_of(word) for word in _words_in(question) if word not in _UNTOLD]
+    scores = dict.fromkeys(passages, 0.0)
+    for forms in alternatives:
+        fits = {it: _weight_in(it, forms) for it in passages}
+        count = sum(weight > 0.0 for weight in fits.values())
+        rarity = math.log((1 + len(passages)) / (1 + count))
+        scores = {it: score + fits[it] * rarity for it, score in scores.items()}
+    hits = {it: score for it, score in scores.items() if score}
+    ranked = {it: score / (2.0 + math.log(1 + len(it.text))) for it, score in hits.items()}
+    return sorted(ranked, key=lambda it: -ranked[it])[:most]
+
+
+def _plain(text: str) -> str:
+    """Return the text of a block without the signs of tables, lists and links."""
+    if text.startswith("|"):
+        text = ": ".join(cell.strip() for cell in re.split(r"(?<!\\)\|", text) if cell.strip())
+    text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text.removeprefix("- "))
+    return text.replace("`", "").replace("\\|", "|")
+
+
+def _words_in(text: str) -> list[str]:
+    return re.findall(r"[a-z0-9]+", text.lower())
+
+
+def _forms_of(word: str) -> dict[str, float]:
+    """Return the words to look for in place of one, and what each counts."""
+    same = {other: 0.5 for group in _SAME if word in group for other in group}
+    return same | {word: 1.0}
+
+
+def _weight_in(passage: Passage, forms: dict[str, float]) -> float:
+    """Return how much a passage has of a word: its heaviest word that is a form of it."""
+    return max(
+        (
+            weight * share
+            for word, weight in passage.words.items()
+            for form, share in forms.items()
+            if _is_form(word, form)
+        ),
+        default=0.0,
+    )
+
+
+def _is_form(word: str, other: str) -> bool:
+    """Return True for equal words, and for those that differ by a short ending."""
+    short, long = sorted((word, other), key=len)
+    is_longer = len(short) >= _FAMILIAR_LENGTH and len(long) - len(short) <= _LONGEST_ENDING
+    return word == other or (is_longer and long.startswith(short))
