@@ -280,6 +280,6 @@ def test_refresh_finds_new_frames(gappy, tmp_path):
     frame_file(tmp_path, 1006)
     gappy.session.time.timeline.cache.refresh()
     gappy.until(lambda: gappy.session.time.timeline.frames.last == 1006, "the new frame")
-    gappy.frame()  # the kept picture of 1002 does not stand for 1003 any more
+    gappy.frame()  # the cached picture of 1002 does not stand for 1003 any more
     gappy.session.time.timeline.go_to(1003)
     assert wait_for_shown_frame(gappy) == 1003

@@ -28,7 +28,7 @@ def free_memory_bytes() -> int | None:
 
 
 def total_memory_bytes() -> int | None:
-    """Return the memory of the machine."""
+    """Return the memory of the machine; None if that is unknown."""
     if sys.platform == "win32":
         from heatlens.core.base.windows_calls import memory_of_machine
 

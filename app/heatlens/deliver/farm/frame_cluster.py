@@ -134,7 +134,7 @@ class FrameCluster:
         return results
 
     def confirm_scheduler(self) -> SchedulerIdentity | None:
-        """Use the scheduler that answers from now on; return it."""
+        """Use from now on the scheduler that awaits consent; return it, or None."""
         self._confirmed, self.unconfirmed = self.unconfirmed, None
         self._retry_now.set()
         return self._confirmed

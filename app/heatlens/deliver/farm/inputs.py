@@ -26,7 +26,7 @@ def input_files(plan: ExportPlan) -> tuple[Path, ...]:
 
 
 def folder_of_source(plan: ExportPlan) -> Path | None:
-    """Return the folder of the plates, or one that holds all files of a scene."""
+    """Return the folder of the plates, or one that holds all files of a scene; None for neither."""
     source = plan.source
     if source.files is None:
         return None

@@ -211,7 +211,7 @@ def _export_step(number: int, shot: SubmittedShot, words: JobWords) -> Step:
 
 
 def _join_step(args: argparse.Namespace, first: SubmittedShot, words: JobWords) -> Step | None:
-    """Return the task that waits for all frames: the same export, which finds them finished."""
+    """Return the task that exports again once all frames are finished; None if not needed."""
     if not (parse_output(args.output).is_movie or args.after_export or args.edit_out):
         return None
     command = words.reel_command(args) if first.name else words.shot_command(args, first.plan)

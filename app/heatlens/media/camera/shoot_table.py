@@ -331,6 +331,6 @@ def _frame_rate(row: Row) -> float:
 
 
 def _find_column(row: Row, accepted_names: Sequence[str]) -> str | None:
-    """Return the column that has one of these names, ignoring case."""
+    """Return the column that has one of these names, ignoring case; None if none has."""
     by_lower_case = {name.strip().lower(): name for name in row}
     return next((by_lower_case[name] for name in accepted_names if name in by_lower_case), None)

@@ -128,7 +128,7 @@ def _choose_in_depth_file(
 
 
 def _only_channel(headers: Sequence[Header], view: str) -> ChannelRef | None:
-    """Return the only channel of a view besides alpha, or the red one of three that are gray."""
+    """Return the only channel of a view besides alpha, or the red of three gray ones; else None."""
     view_channels = [ref for ref in flat_channels(headers) if not view or ref.view in ("", view)]
     value_channels = [ref for ref in view_channels if ref.leaf.lower() not in ("a", "alpha")]
     if len(value_channels) == 1:

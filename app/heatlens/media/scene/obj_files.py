@@ -71,7 +71,7 @@ def files_of_obj(path: Path) -> tuple[Path, ...]:
 
 
 def _find_library(path: Path) -> str | None:
-    """Return the name after the first `mtllib`; a backslash continues a line."""
+    """Return the name after the first `mtllib`, or None; a backslash continues a line."""
     try:
         with open_regular_file(path) as file:
             if not path.stat().st_size:

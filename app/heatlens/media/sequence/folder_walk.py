@@ -146,7 +146,7 @@ class FolderWalk:
         self.name, self.row = name, -1
 
     def confirm(self) -> ChosenFile | None:
-        """Enter the selected folder, open the selected file, or save under the name."""
+        """Enter the selected folder and return None, or return the file to open or to save."""
         entry = self._selected_entry
         if isinstance(entry, str):
             self.go(entry)

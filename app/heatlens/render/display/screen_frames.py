@@ -12,7 +12,7 @@ from heatlens.render.gpu.device import Device, Texture
 
 Draw = Callable[[Texture], None]  # draws the display values of a frame into a texture
 
-MOST_BYTES = 512 << 20  # memory of all kept frames
+MOST_BYTES = 512 << 20  # memory of all cached frames
 
 
 class ScreenTransform(NamedTuple):
@@ -49,7 +49,7 @@ class ScreenFrames:
         return key in self._frames and self._frames[key].transform == transform
 
     def can_fit(self, key: str, size: tuple[int, int], planned: Collection[str]) -> bool:
-        """Return True if a frame of this size fits beside the kept frames among `planned`.
+        """Return True if a frame of this size fits beside the cached frames among `planned`.
 
         `planned` are the keys of the frames that will be played.
         """

@@ -45,7 +45,7 @@ class FrameJob:
     """A frame to be rendered.
 
     key     the key under which its picture is kept
-    shot    the shot at the size of the kept picture
+    shot    the shot at the size of the cached picture
     frame   the frame number
     plate   the file that it is rendered from, None for a scene
     source  reads the plates or the scene again, on another machine

@@ -55,7 +55,7 @@ def maker_of(renderer: FrameRenderer) -> tuple[str, ...]:
 def shot_key(maker: Sequence[str], options: PlateOptions, defocus: DefocusSettings) -> str:
     """Return a digest of everything that all frames of a shot have in common.
 
-    `options` are those for reading plates; `defocus` has the proxy scale of the kept pictures.
+    `options` are those for reading plates; `defocus` has the proxy scale of the cached pictures.
     """
     facts = {"maker": list(maker), "options": to_json(options), "defocus": to_json(defocus)}
     return digest(facts)

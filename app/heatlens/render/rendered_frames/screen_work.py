@@ -1,4 +1,4 @@
-"""What shows kept frames on a screen, as the frames rendered ahead know it."""
+"""What shows cached frames on a screen, as the frames rendered ahead know it."""
 
 from dataclasses import dataclass
 
@@ -23,7 +23,7 @@ class CachedFrame(ShownPicture):
 
 
 class ScreenWork:
-    """Shows kept frames on a screen; the base shows none, because it has no screen."""
+    """Shows cached frames on a screen; the base shows none, because it has no screen."""
 
     @property
     def has_work(self) -> bool:
@@ -31,7 +31,7 @@ class ScreenWork:
         return False
 
     def frame_at_playhead(self) -> ShownPicture | None:
-        """Return the kept picture of the frame at the playhead; None if there is none."""
+        """Return the cached picture of the frame at the playhead; None if there is none."""
         return None
 
     def upload(self, cached_frame: ShownPicture) -> ShownPicture:
@@ -39,11 +39,11 @@ class ScreenWork:
         return cached_frame
 
     def windows(self, cached_frame: ShownPicture) -> tuple[Box, Box] | None:
-        """Return data and display window of a kept frame; None if they are the current ones."""
+        """Return data and display window of a cached frame; None if they are the current ones."""
         return None
 
     def texture(self, cached_frame: CachedFrame, view: ViewState) -> Texture:
-        """Return a kept frame in the colors of the screen.
+        """Return a cached frame in the colors of the screen.
 
         The exposure of `view` includes the transmission of the lens.
         """

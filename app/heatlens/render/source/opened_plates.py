@@ -62,7 +62,7 @@ class OpenedPlates(Opened):
 
     @property
     def frames(self) -> FrameRange | None:
-        """The current range; a sequence grows while a renderer writes it."""
+        """The current range, None for one file; a sequence grows while a renderer writes it."""
         sequence = self.cache.sequence
         return None if sequence.is_single else FrameRange(sequence.first, sequence.last)
 

@@ -56,7 +56,7 @@ class SceneSource:
 
     @property
     def frames(self) -> FrameRange | None:
-        """See `Source`. Raises InputError if the scene cannot be read."""
+        """The frames in which something moves; None if nothing does."""
         return self.scene.frames
 
     def with_absolute_paths(self) -> "SceneSource":

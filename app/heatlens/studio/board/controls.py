@@ -114,7 +114,7 @@ class TimeControl:
         speed: Speed,
         screen: ScreenPictures | None,
     ) -> None:
-        """Create it; kept frames are shown on `screen`, unless it is None."""
+        """Create it; cached frames are shown on `screen`, unless it is None."""
         source, editing = shared.source, shared.editing
         preferences, view = shared.preferences.values, pictures.view
         self._source, self.editing, self.speed = source, editing, speed

@@ -66,7 +66,7 @@ class Facts:
     shape             the shape of the display window; one pixel while nothing is open
     shown_picture     the picture through the lens to show; None before the first
     picture           a number that changes with the pictures
-    plays_cached_frames kept frames play, in place of the live picture
+    plays_cached_frames cached frames play, in place of the live picture
     is_live_alone     the live picture is shown, with nothing beside or over it
     is_rendering      a visible picture is not complete
     part_done         how much of the picture is rendered, 0 to 1; None once it is complete

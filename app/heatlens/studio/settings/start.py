@@ -75,7 +75,7 @@ class CommandLineOptions:
         return self._source in (text, "")
 
     def timing_of(self, text: str) -> SceneTiming | None:
-        """Return the timing given for the scene `text`."""
+        """Return the timing given for the scene `text`, or None."""
         return self.start.timing if self.start.source == text else None
 
     def placing_of(self, text: str) -> Placing:

@@ -30,7 +30,7 @@ _RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and length of 
 
 
 def menu_bar(files: FileControl, ui: UiState, commands: Sequence[Command]) -> Command | None:
-    """Draw the menus; return the command that was chosen in this frame."""
+    """Draw the menus; return the command that was chosen in this frame, or None."""
     picked_action = None
     if not imgui.begin_main_menu_bar():
         return None
@@ -50,7 +50,7 @@ def menu_bar(files: FileControl, ui: UiState, commands: Sequence[Command]) -> Co
 
 
 def _menu_content(files: FileControl, ui: UiState, commands: Sequence[Command]) -> Command | None:
-    """Draw the groups of a menu and its submenus; return the command that was chosen."""
+    """Draw the groups of a menu and its submenus; return the command that was chosen, or None."""
     picked_action: Command | None = None
     last_submenu: str | None = None
     for (_, submenu), group in groupby(commands, key=lambda it: (it.group, it.submenu)):
@@ -67,7 +67,7 @@ def _menu_content(files: FileControl, ui: UiState, commands: Sequence[Command]) 
 
 
 def _submenu(ui: UiState, title: str, commands: Sequence[Command]) -> Command | None:
-    """Draw a submenu; return the command that was chosen in it."""
+    """Draw a submenu; return the command that was chosen in it, or None."""
     picked_action = None
     is_open = imgui.begin_menu(title)
     rects.note(f"menu {title}")

@@ -53,7 +53,7 @@ class Palette:
         return command
 
     def _draw_content(self, commands: Sequence[Command]) -> Command | None:
-        """Draw the text field and the matching commands; return the one that was chosen."""
+        """Draw the text field and the matching commands; return the chosen one, or None."""
         if self._is_opening:
             imgui.set_keyboard_focus_here()
             self._is_opening = False

@@ -62,7 +62,7 @@ class WindowSharing:
         self._tap.publish(self._tap.key(transform_version), shared_picture)
 
     def seconds_until_needed(self) -> float | None:
-        """Return the seconds that the loop may sleep."""
+        """Return the seconds that the loop may sleep; None for as long as it likes."""
         has_holder = self.sharing.is_on and self.sharing.shared.hands.holder
         waits_s = (self._tap.seconds_until_needed(), _UPDATE_S if has_holder else None)
         return min((wait_s for wait_s in waits_s if wait_s is not None), default=None)

@@ -118,7 +118,7 @@ def check_errors(size: tuple[int, int], settings: DefocusSettings, truth_views: 
         )
     black = np.zeros((_SIDE_MIN_PX, _SIDE_MIN_PX, 3), np.float32)
     try:
-        score(black, black)
+        score(black, black)  # raises if a package for the metrics is missing
     except InputError as error:
         raise InputError(f"{error}; or leave errors out: --truth-views 0") from error
 

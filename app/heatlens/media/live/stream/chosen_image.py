@@ -151,7 +151,7 @@ def _as_depth_image(image: TevImage, name: str | None, is_coc: bool) -> _DepthIm
 
 
 def _depth_by_image_name(image: TevImage, word: str) -> _DepthImage | None:
-    """Return the red or only channel of an image whose name contains a word for depth."""
+    """Return the red or only channel of an image whose name has a word for depth, or None."""
     by_letter = {key.lower(): key for key in reversed(image.planes)}
     if {"r", "g", "b"} <= by_letter.keys():
         return _DepthImage(image, key=by_letter["r"], name=f"{word}.R")

@@ -49,7 +49,7 @@ class TevImages:
         return sum(map(_value_count, self._images.values()))
 
     def get(self, name: str) -> TevImage | None:
-        """Return the image called `name`; the next message may change its planes."""
+        """Return the image called `name`, or None; the next message may change its planes."""
         return self._images.get(name)
 
     def apply(self, message: Message) -> bool:

@@ -68,7 +68,7 @@ def _describe_unusable(headers: Sequence[Header], values: Mapping[str, object]) 
 
 
 def _first_entry(headers: Sequence[Header], names: Sequence[str]) -> tuple[str, object] | None:
-    """Return the first attribute in `names` that a header has, with its value."""
+    """Return the first attribute in `names` that a header has, with its value; or None."""
     return next(((name, h[name]) for name in names for h in headers if name in h), None)
 
 
@@ -166,7 +166,7 @@ def _first_number(headers: Sequence[Header], attribute: str, allow_infinite: boo
 
 
 def _first_sensor_side(headers: Sequence[Header], axis: int) -> float | None:
-    """Return the first usable width (axis 0) or height (axis 1) of the sensor, in millimeters."""
+    """Return the first usable width (axis 0) or height (axis 1) of the sensor in mm, or None."""
     for header in headers:
         size = np.asarray(header.get(_SENSOR, ()))
         if (

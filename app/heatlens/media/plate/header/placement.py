@@ -21,7 +21,7 @@ _Z_BACKWARD = np.diag([1.0, 1.0, -1.0, 1.0])
 
 
 def find_placement(headers: Sequence[Header]) -> Array | None:
-    """Return the first finite 4 x 4 attribute `worldToCamera` in the headers of a file."""
+    """Return the first finite 4 x 4 attribute `worldToCamera` in the headers of a file, or None."""
     for header in headers:
         value = np.asarray(header.get(PLACEMENT, ()))
         if value.shape == (4, 4) and value.dtype.kind == "f" and np.isfinite(value).all():

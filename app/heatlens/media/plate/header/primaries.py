@@ -77,7 +77,7 @@ def header_primaries(attributes: Mapping[str, object]) -> HeaderPrimaries | None
 
 
 def _find_by_name(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
-    """Return the primaries that "colorInteropID" names."""
+    """Return the primaries that "colorInteropID" names, or None."""
     name = attributes.get("colorInteropID")
     if not isinstance(name, str) or name.strip() in _MEANINGLESS_IDS:
         return None
@@ -86,7 +86,7 @@ def _find_by_name(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
 
 
 def _find_by_numbers(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
-    """Return the primaries that "chromaticities" gives: known ones, new ones, or text alone."""
+    """Return the primaries of "chromaticities": known ones, new ones, or text alone; else None."""
     values = np.asarray(attributes.get("chromaticities", ()))
     if values.shape != (8,) or values.dtype.kind not in "if":
         return None

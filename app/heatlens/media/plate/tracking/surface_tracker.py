@@ -287,7 +287,7 @@ class SurfaceTracker:
         self._depth_velocity, self._hidden_frames = 0.0, 0
 
     def _crop_around(self, plate: Plate, reach: int) -> Crop | None:
-        """Return the section of a plate within `reach` pixels of the position."""
+        """Return the plate within `reach` pixels of the position; None outside of it."""
         x, y = (int(coordinate) for coordinate in np.rint(self._position))
         box = Box(x - reach, y - reach, x + reach + 1, y + reach + 1)
         return crop_of(plate, box, self._tones)

@@ -192,7 +192,7 @@ class Vertices:
         return np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
 
     def colors(self) -> Floats | None:
-        """Return the first set of colors, (V, 3) or (V, 4); some may be NaN."""
+        """Return the first set of colors, (V, 3) or (V, 4), or None; some may be NaN."""
         accessor, draco_values = self._accessor_index("COLOR_0"), self._draco_values("COLOR_0")
         if accessor is None:
             return None

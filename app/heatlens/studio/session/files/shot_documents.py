@@ -268,7 +268,7 @@ class ShotDocuments(Commands, Worker):
 
     @property
     def _autosave_path(self) -> Path | None:
-        """The file beside which unsaved changes are kept."""
+        """The file beside which unsaved changes are kept; None if nothing is open."""
         return self.path or self._unnamed_path()
 
     @property

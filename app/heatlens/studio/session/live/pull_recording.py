@@ -90,7 +90,7 @@ class PullRecording(Commands, Worker):
         return 0.0 if start is None else max(self.beats - (self._clock() - start), 0.0)
 
     def seconds_until_needed(self) -> float | None:
-        """Return the seconds until the next number of the count-in."""
+        """Return the seconds until the next number of the count-in; None if none is counted."""
         remaining_s = self._counting_s
         return (
             None

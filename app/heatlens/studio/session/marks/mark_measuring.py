@@ -171,7 +171,7 @@ class SceneMarkTracks(Commands, Worker):
         return self._measured.setdefault(_position_key(mark), {})
 
     def _next_to_measure(self) -> tuple[_MovingMark, int] | None:
-        """Return the next mark and frame to measure, so that all marks progress equally."""
+        """Return the next mark and frame to measure, all marks progressing equally; or None."""
         frames = self._frames
         missing = [
             (len(measured), mark)

@@ -90,7 +90,7 @@ class PictureFeed:
         return self.picture.plate.data_window, self.picture.plate.display_window
 
     def kept_windows(self, picture: CachedPicture) -> tuple[Box, Box] | None:
-        """Return the windows of a kept frame; None if they are those of `windows`."""
+        """Return the windows of a cached frame; None if they are those of `windows`."""
         return picture.data_window, picture.display_window
 
     def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
@@ -239,7 +239,7 @@ class SceneFeed(PictureFeed):
         return box, box
 
     def kept_windows(self, picture: CachedPicture) -> None:
-        """Return None: kept frames of a scene are smaller, and all have the same window."""
+        """Return None: cached frames of a scene are smaller, and all have the same window."""
 
     def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
         """Return the pixel of the picture, which may be drawn smaller now."""

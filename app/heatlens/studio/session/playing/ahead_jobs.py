@@ -187,7 +187,7 @@ class AheadJobs(Commands):
 
     @property
     def _scale(self) -> float:
-        """The scale of kept pictures: about the size of a whole picture on the screen."""
+        """The scale of cached pictures: about the size of a whole picture on the screen."""
         zoom = fit_zoom(self._view.viewport, self._source.picture_shape(self._editing.shot))
         return min(max(math.ceil(zoom * _SCALE_STEPS - 0.25), 1), _SCALE_STEPS) / _SCALE_STEPS
 

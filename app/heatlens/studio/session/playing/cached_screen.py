@@ -96,7 +96,7 @@ class CachedScreen(ScreenWork):
         return cached_frame
 
     def windows(self, cached_frame: ShownPicture) -> tuple[Box, Box] | None:
-        """Return data and display window of a kept frame; None if they are the current ones."""
+        """Return data and display window of a cached frame; None if they are the current ones."""
         picture = cached_frame.picture if isinstance(cached_frame, CachedFrame) else None
         return None if picture is None else self._source.feed.kept_windows(picture)
 
@@ -140,7 +140,7 @@ class CachedScreen(ScreenWork):
         if transform.has_mipmaps:
             target.build_mipmaps()
 
-    # A kept frame holds scene-linear light, and needs the view transform before it is shown. A
+    # A cached frame holds scene-linear light, and needs the view transform before it is shown. A
     # software rasterizer takes 94 to 257 ms for that in 1920x1080, several frames of a film, so
     # frames are converted beforehand while the window rests. A GPU converts each frame as it is
     # shown, and needs no second copy.

@@ -39,7 +39,7 @@ class FramePlayer(Commands, Worker):
                 self._notify(self._reported_problem)
 
     def _request_plate(self) -> None:
-        """Request the plate at the playhead and those around it, unless kept frames play."""
+        """Request the plate at the playhead and those around it, unless cached frames play."""
         if self._frames_ahead.plays_cached_frames:
             return
         is_playing = self._playback.direction != 0

@@ -1,6 +1,6 @@
 """Render the frames of the shot ahead while idle, and keep them for playback.
 
-A kept frame only has to be uploaded to play, not rendered again.
+A cached frame only has to be uploaded to play, not rendered again.
 """
 
 import time
@@ -111,7 +111,7 @@ class FramesAhead(Commands, Worker):
 
     @property
     def plays_cached_frames(self) -> bool:
-        """True while kept frames play, so that the live picture is not needed."""
+        """True while cached frames play, so that the live picture is not needed."""
         return (
             bool(self._timeline.playback.direction)
             and self._view.is_lens_alone
@@ -217,7 +217,7 @@ class FramesAhead(Commands, Worker):
     def has_work(self) -> bool:
         """True if there is work for once the user rests.
 
-        The work is a frame to render, keys of frames to compute, or a kept frame to convert for the
+        It is a frame to render, keys of frames to compute, or a cached frame to convert for the
         screen.
         """
         if self._timeline.playback.direction or self._is_busy() or not self.is_on:
@@ -228,7 +228,7 @@ class FramesAhead(Commands, Worker):
         return not is_reading and self.store.can_take_picture
 
     def _next_job(self, skip_count: int = 0) -> FrameJob | None:
-        """Return the next frame to render on this machine, after skipping `skip_count` frames."""
+        """Return the next frame to render on this machine after `skip_count` others, or None."""
         return next(
             islice(
                 self._untried_jobs(self.cluster.local_jobs(self.progress.missing_jobs)),
@@ -301,7 +301,7 @@ class FramesAhead(Commands, Worker):
     # Commands
 
     def clear(self) -> None:
-        """Delete all kept frames, of this shot and of all others."""
+        """Delete all cached frames, of this shot and of all others."""
         self.store.clear()
         self.screen.forget_frames()
         self._made_keys.clear()
@@ -309,7 +309,7 @@ class FramesAhead(Commands, Worker):
 
     @property
     def preferences(self) -> PreferenceValues:
-        """The preferences, which have the limits of kept frames."""
+        """The preferences, which have the limits of cached frames."""
         return self._preferences.values
 
     def switch(self) -> None:
@@ -317,12 +317,12 @@ class FramesAhead(Commands, Worker):
         self._preferences.change(keep_frames=not self._preferences.values.keep_frames)
 
     def resize(self, memory_mb: int, disk_mb: int) -> None:
-        """Set the limits for kept frames in MB."""
+        """Set the limits for cached frames in MB."""
         self._preferences.change(memory_mb=memory_mb, disk_mb=disk_mb)
         self.store.resize(memory_bytes_of(memory_mb), disk_mb * MEGABYTE)
 
     def close(self) -> None:
-        """Leave the cluster, finish writing the kept frames and end the threads."""
+        """Leave the cluster, finish writing the cached frames and end the threads."""
         if self._filler is not None:
             self._filler.close()
         self.cluster.close()

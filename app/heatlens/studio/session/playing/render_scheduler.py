@@ -211,7 +211,7 @@ class RenderScheduler(Commands, Worker):
 
     @property
     def shown_picture(self) -> ShownPicture | None:
-        """The picture through the lens to show: the live one, or a kept frame in its place."""
+        """The picture through the lens to show: the live one, or a cached frame in its place."""
         live_picture, frame = self._sides.a.output, self._editing.frame
         is_current = (
             live_picture is not None and live_picture.frame == frame and not self.is_rendering

@@ -52,7 +52,7 @@ class FileDialogs:
             self._files.apply_choice(chosen_file)
 
     def _draw_dialog(self, walk: FolderWalk) -> ChosenFile | None:
-        """Draw the dialog, and close it at the end; return a file that was just chosen."""
+        """Draw the dialog, and close it at the end; return a file that was just chosen, or None."""
         title = f"{walk.purpose.title}###file browser"
         if self._is_new:
             imgui.open_popup(title)
@@ -72,7 +72,7 @@ class FileDialogs:
         return chosen_file
 
     def _draw_content(self, walk: FolderWalk) -> ChosenFile | None:
-        """Draw path, list and footer; return the file that was typed, picked or confirmed."""
+        """Draw path, list and footer; return the file typed, picked or confirmed, or None."""
         try:
             typed_file = walk.poll()
         except HeatlensError as error:
@@ -102,7 +102,7 @@ class FileDialogs:
             walk.go(walk.typed_path)
 
     def _draw_footer(self, walk: FolderWalk) -> ChosenFile | None:
-        """Draw the field for the name to save under, a line of text and the buttons."""
+        """Draw a field for the name, a text and the buttons; return the file chosen, or None."""
         if walk.existing_file is not None:
             return _overwrite_question(walk, walk.existing_file)
         is_entered = walk.purpose.is_save and self._draw_name_field(walk)
@@ -162,7 +162,7 @@ def _footer_height(walk: FolderWalk) -> float:
 
 
 def _draw_list(walk: FolderWalk) -> ChosenFile | None:
-    """Draw the list of folders and files; return the entry that was double-clicked."""
+    """Draw the list of folders and files; return the entry that was double-clicked, or None."""
     em = imgui.get_font_size()
     flags = imgui.TableFlags_.scroll_y | imgui.TableFlags_.borders_outer
     if not imgui.begin_table("files", 3, flags, ImVec2(0, -_footer_height(walk))):
@@ -205,7 +205,7 @@ def _draw_row(walk: FolderWalk, index: int, entry: str | Entry) -> ChosenFile | 
 
 
 def _handle_keys(walk: FolderWalk) -> ChosenFile | None:
-    """Handle keys: arrows move in the list, Enter chooses, Backspace goes to the parent folder."""
+    """Handle keys: arrows move in the list, Enter returns a file, Backspace goes to the parent."""
     step = int(imgui.is_key_pressed(_Key.down_arrow)) - int(imgui.is_key_pressed(_Key.up_arrow))
     if step and walk.rows:
         walk.select(walk.row + step)

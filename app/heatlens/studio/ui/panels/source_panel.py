@@ -239,7 +239,7 @@ def _end_rows(options: PlateOptions, unit: str, notify: Notify) -> PlateOptions:
 
 
 def _distance_field(name: str, value: float | None, unit: str, notify: Notify) -> float | None:
-    """Draw the field of an optional distance; return the changed value in m."""
+    """Draw the field of an optional distance; return the changed value in m, None for unknown."""
     tip = "The distance at this end of the range 0 to 1: 0.5, 30cm, 6'3\"; empty: unknown."
     widgets.label(name, tip)
     value_text = "" if value is None else format_distance(value, unit)

@@ -105,7 +105,7 @@ class StartScreen:
         return Answer(chosen_card, has_keyboard and imgui.is_key_pressed(_K.escape, False))
 
     def _handle_keys(self, cards: Sequence[Card]) -> Card | None:
-        """Handle keys: arrows select a row, Enter opens it, a digit opens its card."""
+        """Handle keys: arrows select a row; return the card that Enter or a digit opens."""
         step = imgui.is_key_pressed(_K.down_arrow) - imgui.is_key_pressed(_K.up_arrow)
         self._row = min(max(self._row + step, 0), len(cards) - 1)
         for row, keys in enumerate(_DIGITS[: len(cards)]):
