@@ -1,4 +1,4 @@
-"""Test that front ends import nothing from the session: the board is their door.
+"""Test that front ends import nothing from the session: they use the board alone.
 
 A name that the board only imports and hands on counts as an import of its home.
 """
