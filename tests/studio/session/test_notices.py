@@ -1,5 +1,7 @@
 """Notices about what is missing in a source, and their answers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -9,6 +11,7 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.reel import Reel, ReelShot
 from heatlens.core.model.shot.shot import Shot
+from heatlens.deliver.farm.export_place import ExportPlace, Where
 from heatlens.media.documents.edit_file import EditOptions
 from heatlens.media.documents.reel_file import write_reel
 from heatlens.media.documents.shot_file import write_shot
@@ -97,6 +100,21 @@ def test_depth_with_guessed_ends_is_changed_in_its_panel(session, tmp_path):
     answers = session.files.notices.first.answers
     assert [it.words for it in answers] == ["Change it...", "Leave it open"]
     assert answers[0].panel == "Source"
+
+
+def test_scheduler_is_asked_about_again_after_its_place_was_changed(session, monkeypatch):
+    monkeypatch.setattr(type(session.pictures.cluster), "awaits_consent", True)
+    notices = session.files.notices
+    first = ExportPlace(Where.CLUSTER, scheduler="tcp://127.0.0.1:8786", ahead=True)
+    for place in (first, replace(first, scheduler="tcp://127.0.0.1:8787")):
+        session.preferences.change(export_place=place)
+        assert place.scheduler in notices.first.words
+        give(session, "Not now")
+        assert notices.first is None
+    session.preferences.change(export_place=first)
+    assert notices.first is None
+    session.preferences.change(export_place=replace(first, ahead=False))
+    assert first.scheduler in notices.first.words
 
 
 def test_unknown_network_of_a_shot_runs_only_after_consent(session, tmp_path, monkeypatch):

@@ -39,10 +39,14 @@ class Answer:
 
 @dataclass(frozen=True)
 class Notice:
-    """A sentence about what is open; Enter gives the first answer, and Escape gives none."""
+    """A sentence about what is open; Enter gives the first answer, and Escape gives none.
+
+    A notice that was answered comes again only with other words, or about something else.
+    """
 
     words: str
     answers: tuple[Answer, ...] = (Answer("OK"),)
+    about: object = None
 
 
 class Notices(Commands):
@@ -60,18 +64,19 @@ class Notices(Commands):
         self._timeline, self._cluster = timeline, cluster
         self._reading, self._reel = reading, reel
         self._opened: Opened | None = None  # what the answered notices are about
-        self._answered: set[str] = set()
+        self._answered: set[tuple[str, object]] = set()
 
     @property
     def first(self) -> Notice | None:
         """The first notice that was not answered yet; None without one."""
         if self._opened is not self._source.opened:
             self._opened, self._answered = self._source.opened, set()
-        return next((it for it in self._present() if it.words not in self._answered), None)
+        present = self._present()
+        return next((it for it in present if (it.words, it.about) not in self._answered), None)
 
     def answer(self, notice: Notice, answer: Answer | None = None) -> None:
         """Follow an answer, if there is one, and show the notice no more."""
-        self._answered.add(notice.words)
+        self._answered.add((notice.words, notice.about))
         if answer is not None:
             answer.run()
 
@@ -142,10 +147,12 @@ class Notices(Commands):
     def _about_scheduler(self) -> Iterator[Notice]:
         """Yield that a scheduler answers which the user has not agreed to."""
         if self._cluster.awaits_consent:
+            place = self._preferences.values.export_place  # a change of it asks again
             yield Notice(
-                f"A scheduler answers at {self._preferences.values.export_place.scheduler}. It and "
-                "its workers would get the names of your files and send pictures.",
+                f"A scheduler answers at {place.scheduler}. It and its workers would get the names "
+                "of your files and send pictures.",
                 (Answer("Use this scheduler", self._cluster.agree), Answer("Not now")),
+                place,
             )
 
 

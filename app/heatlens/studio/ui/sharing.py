@@ -14,7 +14,7 @@ from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 
 _POPUP = "Share with a tablet"
-_WORDS = {Role.HAND: "This link turns the lens:", Role.LOOK: "This one may only look:"}
+_WORDS = {Role.HAND: "This link turns the lens:", Role.LOOK: "This one looks:"}
 _SQUARE_EM = 0.34
 _STARTUP_FRAMES = 8  # first frames of a window, which close popups when they arrange the panels
 _UPDATE_S = 0.5  # longest time until the menu bar shows that a user has released the lens
@@ -92,10 +92,7 @@ class WindowSharing:
         imgui.set_next_window_pos(center, imgui.Cond_.appearing, ImVec2(0.5, 0.5))
         if not imgui.begin_popup(_POPUP):
             return
-        for role, words in (
-            (Role.HAND, "This link turns the lens:"),
-            (Role.LOOK, "This one looks:"),
-        ):
+        for role, words in _WORDS.items():
             imgui.text(words)
             link = self.sharing.link(role)
             texts.colored_text(link, theme.colors.live)
