@@ -28,6 +28,7 @@ FIRST, LAST = 1001, 1024
 WIDTH, HEIGHT = 48, 32
 NEAR_M, FAR_M = 2.0, 8.0  # of the left and the right half of the picture
 LEFT, RIGHT = (8, 16), (40, 16)
+_SHORTEST_PAUSE_S, _LONGEST_PAUSE_S = 0.001, 0.02
 
 
 def write_plates(folder: Path) -> str:
@@ -62,13 +63,20 @@ def begin_session(preferences: Path, source: str = "") -> Session:
 
 
 def run_until(session: Session, condition: Callable[[], bool], label: str) -> None:
-    """Run the session's loop until `condition` is true; fail after 60 s."""
+    """Run the session's loop until `condition` is true; fail after 60 s.
+
+    Where the session has nothing to do, it waits longer and longer, up to 20 ms: another process
+    works then, and needs the processors.
+    """
     end, message = time.monotonic() + 60.0, ""
+    pause_s = _SHORTEST_PAUSE_S
     while not condition():
         assert time.monotonic() < end, f"{label} never came. {message}"
         run_loop_once(session)
         message = session.messages.text or message
-        time.sleep(0.001)
+        is_working = session.time.scheduler.is_working
+        pause_s = _SHORTEST_PAUSE_S if is_working else min(1.2 * pause_s, _LONGEST_PAUSE_S)
+        time.sleep(pause_s)
 
 
 def run_loop_once(session: Session) -> None:
