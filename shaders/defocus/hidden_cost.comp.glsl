@@ -30,10 +30,9 @@ layout(rgba32f) uniform writeonly image2D out_cost_img;
 
 #define TAPS 2            // pixels to compare on each side: the end and one pixel behind it
 #define TAP_WEIGHT 0.5    // weight of the pixels behind the ends
-#define BESIDE 2          // distances at which the pixels beside an end are compared with it
+#define BESIDE_PX 6       // distance at which the pixels beside an end are compared with it
 #define STRIPE_GAIN 40.0  // how much more similar ends count for each unit of contrast beside them
 #define STRIPE_COST 0.3   // cost from which two ends are too different for one stripe
-const int BESIDE_PX[BESIDE] = int[](5, 8);
 
 // Returns whether a pixel is visible, and its compressed color times coverage, a coverage.
 bool read_visible(ivec2 at, out vec4 toned_layer) {
@@ -63,18 +62,17 @@ float difference(ivec2 at, int k, ivec2 ends, int taps) {
 }
 
 // Adds the contrast of an end, if `is_needed`: the squared differences from visible pixels beside it to x, their number
-// to y. `away` points away from the hidden pixel. Each of these pixels lies as far behind the end as beside it, because
+// to y. `away` points away from the hidden pixel. Both of these pixels lie as far behind the end as beside it, because
 // the silhouette of a round thing hides what is exactly beside it.
 void add_contrast(inout vec2 sum, ivec2 end, ivec2 away, bool is_needed) {
     vec4 own, other;
     read_visible(end, own);
     ivec2 aside = ivec2(-away.y, away.x);
-    int i = 0;
+    int side = -1;
     do {
-        int beside_px = BESIDE_PX[i >> 1];
-        if (!read_visible(end + beside_px * (away + ((i & 1) == 0 ? aside : -aside)), other)) continue;
+        if (!read_visible(end + BESIDE_PX * (away + side * aside), other)) continue;
         sum += vec2(dot(other - own, other - own), 1.0);
-    } while (is_needed && ++i < 2 * BESIDE);
+    } while (is_needed && (side += 2) < 2);
 }
 
 // The cost of direction k. Ends in a flat area are similar along every direction and tell nothing; similar ends that
