@@ -19,6 +19,7 @@ from heatlens.media.sequence.names import frames_text
 
 _EVENT_OPTIONS = ("--progress=json", "--quiet")
 PATIENCE_S = 2.0  # time to stop before a process is killed
+_READERS_PATIENCE_S = 30.0  # time for the readers of a killed process, on a very busy machine
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _OWN_GROUP = 0  # flags of a new process
 if sys.platform == "win32":  # only who leads a group can be asked to stop; SIGTERM ends at once
@@ -72,7 +73,7 @@ class ProcessMaker:
         reader = Thread(target=self._read_events, args=(process, StderrTail(process)), daemon=True)
         reader.start()
         cleanup.enter_context(process)  # closes the pipes, so the thread has to end before it
-        cleanup.callback(reader.join, 2.0 * PATIENCE_S)
+        cleanup.callback(reader.join, _READERS_PATIENCE_S)
         cleanup.callback(stop, process)
 
     def _read_events(self, process: "subprocess.Popen[str]", last_words: StderrTail) -> None:
