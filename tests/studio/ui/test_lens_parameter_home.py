@@ -71,7 +71,7 @@ def test_each_lens_parameter_has_row_curve_option_and_control(parameter):
     assert parameter in ROWS and parameter in shown_rows(shot, has_camera=False)
     axis = AXES[parameter]
     assert axis.value_at(axis.level_of(value)) == pytest.approx(value)
-    assert axis.visible_labels(*sorted((axis.level_of(value), axis.place_of(1.1 * value))), 0.01)
+    assert axis.visible_labels(*sorted((axis.level_of(value), axis.level_of(1.1 * value))), 0.01)
     assert parse_keys([f"{parameter.typed}@1={value}"]) == {parameter: [Key(1.0, value)]}
     parser = argparse.ArgumentParser()
     add_shot_options(parser)

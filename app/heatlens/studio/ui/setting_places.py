@@ -36,7 +36,7 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     ),
     "Marks": ("close focus", *(option.label for option in options_of(Follow).values())),
     "Display": (
-        *("exposure", "gamma", "display", "view", "input", "overlay", "compare", "gain"),
+        *("channel", "exposure", "gamma", "display", "view", "input", "overlay", "compare", "gain"),
         *("compare with", "focus peaking", "show", "colour", "contrast", "up to"),
         *("frame mask", "own aspect", "opacity", "safe areas", "thirds", "centre cross"),
         *("desqueeze", "own desqueeze"),
