@@ -119,13 +119,13 @@ def _render_frame(job: FrameJob, filler: FrameFiller, worker: Any) -> RenderedPi
 
 
 def _prepare_job(job: FrameJob, filler: FrameFiller) -> FrameJob:
-    """Return the job with a plate that this worker reads; for a scene, load the scene instead."""
-    source_to_open: Any = job.source
+    """Return the job with a plate that this worker itself reads; load a scene instead."""
+    source_to_open: Any = job.source  # Any: no type says that a Source can be the key of a cache
     source = _open_source(source_to_open, job.stamps)
-    if source.has_many_views:
+    if source.has_many_views:  # it is a scene
         framing = job.shot.framing or Framing()
         scene = _placed_scene(source, framing.up_axis, framing.meters_per_unit)
-        if scene is not filler.renderer.scene:
+        if scene is not filler.renderer.scene:  # it is the same object while nothing changed
             filler.renderer.load_scene(scene)
         return job
     assert job.plate is not None
@@ -134,7 +134,10 @@ def _prepare_job(job: FrameJob, filler: FrameFiller) -> FrameJob:
 
 @lru_cache(maxsize=1)
 def _open_source(source: Source, stamps: tuple[Stamp | None, ...]) -> Any:
-    """Return a source that stays open from task to task. Raises InputError if it has changed."""
+    """Return a source that stays open from task to task. Raises InputError if it has changed.
+
+    The result is Any, because only a scene has a `scene`, and only plates have a `read`.
+    """
     if stamps and tuple(file.stamp for file in stamp_files(source.all_files)) != stamps:
         raise InputError(f"{source.text} is not the file that the window has open.")
     return source

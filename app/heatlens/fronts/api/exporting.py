@@ -83,7 +83,7 @@ def run_export(
 ) -> tuple[Path, ...]:
     """Export what the words of a command line describe; return the files of finished frames."""
     plan = _plan_of_words(words)
-    paths: dict[Path, None] = {}
+    paths: dict[Path, None] = {}  # in order, each once: all frames of a movie share one file
     ENGINE.unload_all()  # the export loads its own frames
     with closing(export_frames(plan, ENGINE.renderer)) as steps:
         for done, frame in enumerate(steps, start=1):
@@ -93,4 +93,5 @@ def run_export(
                 progress(ExportedFrame(frame.frame, frame.path, frame.was_there, done, count))
             if is_cancelled is not None and is_cancelled():
                 break
+    # the file of a movie is missing if the export was cancelled
     return tuple(path for path in paths if path.exists())

@@ -116,7 +116,7 @@ def _study(args: argparse.Namespace) -> None:
     choose_one_frame(args)
     check_target(args.output)
     extra("study").check()
-    flip_library()
+    flip_library()  # is imported now, so that a faulty one is reported before the renders
     truth = None if args.truth is None else read_picture(args.truth)
     subject = _subject(args)
     methods = _requested_methods(args, subject)

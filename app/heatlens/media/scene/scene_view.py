@@ -170,6 +170,10 @@ def _nearest_in_picture(view: SceneView, corners: Array, lens_radius_m: float) -
 
     The boxes are in the camera's axes. Each side of the picture is a plane. The visible part of a
     box is inside all four planes, so it is no nearer than the part inside any one of them.
+
+    A ray through a point of the lens passes at most R |1 - depth / focus| beside the ray through
+    its middle, with R the radius of the lens. The planes are moved outwards by R + R depth / focus,
+    which is no less.
     """
     if not len(corners):
         return np.inf

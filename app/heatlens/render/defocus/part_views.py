@@ -204,7 +204,11 @@ class PartViewsPass:
         )
 
     def _order_lists(self, size: tuple[int, int], memory: ViewMemory) -> Iterator[None]:
-        """Put the surfaces in the list of each cell in order, near to far."""
+        """Put the surfaces in the list of each cell in order, near to far; yield after each band.
+
+        A cell is the square between four neighboring pixels of a picture of `size` pixels. With
+        those at its border there is one more than pixels, across and down.
+        """
         cells = size[0] + 1, size[1] + 1
         yield from self._bands.run(
             self._program("order"), cells, {"cells": cells}, buffers=memory.list_buffers

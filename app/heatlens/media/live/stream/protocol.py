@@ -119,7 +119,7 @@ def parse_message(packet: bytes | bytearray) -> Message:
     fields = _Fields(packet)
     operation = fields.byte()
     if operation in (_OPEN, _OPEN_2, _RELOAD):
-        fields.byte()  # whether to bring the image to the front, here and below
+        _skip_flag(fields)
         return ReadFile(fields.text())
     if operation == _CLOSE:
         return CloseImage(fields.text())
@@ -185,9 +185,14 @@ class _Fields:
         return numbers
 
 
+def _skip_flag(fields: _Fields) -> None:
+    """Skip the byte that asks the viewer to bring the image to the front, which plates ignore."""
+    fields.byte()
+
+
 def _create_image(fields: _Fields) -> CreateImage:
     """Parse the creation of an image; raise TevPacketError if it is invalid."""
-    fields.byte()
+    _skip_flag(fields)
     name = fields.text()
     width, height, count = fields.int32s(3)
     _check_size(name, width, height)
@@ -200,8 +205,7 @@ def _update_image(fields: _Fields, operation: int) -> UpdateImage:
     The first version has one channel; the second has several planes, one after the other; the third
     gives an offset and a stride for each channel, both counted in values.
     """
-    fields.byte()
-    # Whether to bring the image to the front.
+    _skip_flag(fields)
     name = fields.text()
     channels = fields.channels(1 if operation == _UPDATE else fields.int32s(1)[0])
     x, y, width, height = fields.int32s(4)

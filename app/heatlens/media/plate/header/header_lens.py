@@ -74,12 +74,13 @@ def _choose_model(plate: Plate, given_fields: Mapping[str, Any]) -> tuple[LensMo
     )
 
 
-def _is_possible(name: str, value: float | None) -> bool:
+def _is_possible(field_name: str, value: float | None) -> bool:
     """Return whether a lens can have this value; an absurd header must not block the plate."""
     if value is None:
         return False
+    far: Values = {"focus_distance_m": math.inf}  # the focus must be beyond any focal length
     try:
-        Lens(**{**_USUAL_VALUES, "focus_distance_m": math.inf, name: value})
+        Lens(**{**_USUAL_VALUES, **far, field_name: value})
     except LensError:
         return False
     return True
