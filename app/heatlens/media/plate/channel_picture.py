@@ -15,7 +15,7 @@ from heatlens.media.plate.read import color_file_parts
 
 _VECTORS = ("xyz", "rgb", "uvw")  # leaves that are shown together, as red, green and blue
 _PERCENTILES = 1.0, 99.0  # of a number, from black to white
-_HASH = np.uint64(0x9E3779B97F4A7C15)
+_HASH = np.uint64(0x9E3779B97F4A7C15)  # 2^64 / golden ratio: near ids get unlike colors
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,10 @@ def read_channel(path: Path, choice: str) -> ChannelPicture:
 
 
 def _picture_of(choice: str, names: Sequence[str], values: NDArray[np.generic]) -> FloatImage:
-    """Return values as a picture: light as it is, directions around grey, ids in colors."""
+    """Return values as a picture: light as it is, directions around grey, ids in colors.
+
+    Other numbers are stretched to what can be seen; a single channel becomes grey.
+    """
     pixels = np.ones((*values.shape[:2], 4), np.float32)
     leaves = "".join(name[-1].lower() for name in names)
     is_id = values.dtype.kind in "ui" or choice.lower().endswith("id")
@@ -89,7 +92,10 @@ def _picture_of(choice: str, names: Sequence[str], values: NDArray[np.generic]) 
 
 
 def _stretched(values: FloatImage) -> FloatImage:
-    """Return numbers from 0 to 1, each channel for itself; a single one becomes grey."""
+    """Return each channel stretched from its low to its high percentile, to 0..1.
+
+    What is not finite becomes as bright as the high one; a channel without a finite number is 0.
+    """
     stretched = np.zeros_like(values)
     for index in range(values.shape[-1]):
         plane = values[..., index]

@@ -79,7 +79,8 @@ from heatlens.media.plate.windows import pixel_aspect_of, read_header_window
 def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None) -> Plate:
     """Read a picture with its depth, free of NaN, over the data window of its color.
 
-    A picture with alpha is read over its display window too, see `with_empty_outside`.
+    A picture with alpha is read over its display window too, see `with_empty_outside`. The plates
+    behind it, which show what it hides, are read and combined with it.
     Raises InputError that names the file, what was found and which option would help.
     """
     path, options = Path(path), options or PlateOptions()
@@ -95,16 +96,22 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
         plate = replace(
             plate, world_to_camera=read_rigid_placement(plate.attributes, options.scene_unit_m)
         )
-    for number, path_behind in enumerate(behind_paths(path, options) if options.behind else ()):
-        behind_options = file_options(options, number)
-        behind_options = (
-            deep_options(behind_options) if is_deep_file(path_behind) else behind_options
-        )
-        plates_behind[options.behind[number]] = _read_behind(path_behind, behind_options)
+    plates_behind |= _read_files_behind(path, options)
     if plates_behind:
         plate = with_behind(plate, list(plates_behind.values()), list(plates_behind))
     keeps_sharp = options.never_blur is not None or options.only_blur is not None
     return with_cutout(plate, options) if keeps_sharp else plate
+
+
+def _read_files_behind(path: Path, options: PlateOptions) -> dict[str, Plate]:
+    """Return the plates of the files `options.behind`, by their texts there."""
+    plates: dict[str, Plate] = {}
+    for number, path_behind in enumerate(behind_paths(path, options)):
+        flat_options = file_options(options, number)
+        is_deep = is_deep_file(path_behind)
+        own_options = deep_options(flat_options) if is_deep else flat_options
+        plates[options.behind[number]] = _read_behind(path_behind, own_options)
+    return plates
 
 
 def _read_behind(path: Path, options: PlateOptions) -> Plate:

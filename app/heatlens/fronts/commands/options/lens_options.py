@@ -186,13 +186,17 @@ def _focus_text(lens: Lens, origin: str) -> str:
 def _lens_of_coc(
     args: argparse.Namespace, plate: Plate, values: Mapping[str, Any]
 ) -> tuple[Lens, str]:
-    """Return a lens for a plate with circles of confusion, of which only the aperture is used."""
+    """Return a lens for a plate with circles of confusion, and a message.
+
+    Only the aperture of the lens is used. The message names the given options without effect.
+    """
     if args.focus_at is not None:
         raise no_distances_error(plate)
     messages = ["lens: none needed, the plate holds circles of confusion"]
-    ignored_options = (*attribute_names(Lens, (*_NEEDED_FIELDS, "model")), "filmback")
-    unused_options = [name for name in ignored_options if getattr(args, name) is not None]
-    messages += [f"--{name.replace('_', '-')} is not used" for name in unused_options]
+    # What other plates need to convert distances to circles of confusion.
+    converting_options = (*attribute_names(Lens, (*_NEEDED_FIELDS, "model")), "filmback")
+    given_options = [name for name in converting_options if getattr(args, name) is not None]
+    messages += [f"--{name.replace('_', '-')} is not used" for name in given_options]
     return plate_lens(plate, values).lens, ", ".join(messages)
 
 

@@ -119,7 +119,10 @@ def measure_pull(
 
 
 def pull_table(errors: PullErrors) -> str:
-    """Return the means as a table in Markdown."""
+    """Return the mean errors as a table in Markdown.
+
+    It has a row for each input and a column for each method; only the scene has all methods.
+    """
     names = list(errors.mean[Input.SCENE])
     rows = [("blurred", *map(_title, names)), ("---",) * (len(names) + 1)]
     for kind, mean in errors.mean.items():

@@ -59,7 +59,11 @@ def _read_with_library(
 
 
 def _read_metadata(path: Path, spec: "ImageSpec", bits: int) -> dict[str, object]:
-    """Return the metadata: comment, bits, and a note on a DPX that is marked as the log of film."""
+    """Return the metadata: comment, bits, and a note on a DPX that is marked as film log.
+
+    The comment that heatlens writes is in the project of a DPX, which OpenImageIO calls
+    DocumentName.
+    """
     facts: dict[str, object] = {"comment": spec.get_string_attribute("DocumentName")}
     facts["bits"] = spec.get_int_attribute("oiio:BitsPerSample", bits)
     transfer = spec.get_string_attribute("dpx:Transfer")

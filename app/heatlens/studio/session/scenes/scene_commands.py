@@ -185,7 +185,7 @@ class SceneCommands(Commands):
         self._editing.do(replace(shot, framing=new_framing, lens=lens))
 
     def set_key(self) -> None:
-        """Set a key for the camera at this frame."""
+        """Set a key for the camera at this frame; without a track, it begins one."""
         if not self._source.has_camera:
             return
         pose = self.pose
@@ -193,7 +193,7 @@ class SceneCommands(Commands):
         framing = (
             self.framing.with_pose(pose, frame)
             if track is None
-            else replace(self.framing, track=track.with_key(frame, pose))
+            else replace(self.framing, track=track.with_key(frame, pose))  # also to a single key
         )
         self._editing.do(replace(self._editing.shot, framing=framing))
 
