@@ -159,7 +159,7 @@ class FrameRenderer:
         self, shot: Shot, frame: int, views: int | None = None, is_for_file: bool = False
     ) -> Steps[None]:
         """Read or draw the sharp picture of `frame` in short steps; the last one loads it."""
-        breathing_shot = self._with_breathing(shot, frame)
+        breathing_shot = self._with_view_of_breathing(shot, frame)
         pinhole = yield from self._source.pinhole_steps(breathing_shot, frame, views, is_for_file)
         if pinhole is not self._loaded:
             self._set_loaded(pinhole)
@@ -173,7 +173,7 @@ class FrameRenderer:
 
         Raises InputError outside the picture, and if no scene is loaded.
         """
-        return self._source.depth_m_at(self._with_breathing(shot, frame), frame, x, y)
+        return self._source.depth_m_at(self._with_view_of_breathing(shot, frame), frame, x, y)
 
     def _replace_source(self, source: SourceOnGpu) -> None:
         """Replace the previous source by one that is ready."""
@@ -220,7 +220,8 @@ class FrameRenderer:
         self, shot: Shot, frame: int, pipeline: DefocusPipeline
     ) -> Steps[Texture]:
         """Render, and crop or extend a plate to the view of a breathing lens."""
-        picture = yield from self._render_steps(self._with_breathing(shot, frame), frame, pipeline)
+        breathing_shot = self._with_view_of_breathing(shot, frame)
+        picture = yield from self._render_steps(breathing_shot, frame, pipeline)
         if self.has_many_views:  # it is drawn as the breathing lens sees it
             return picture
         plate = self.loaded.plate
@@ -233,12 +234,14 @@ class FrameRenderer:
         yield "rescale"
         return out
 
-    def _with_breathing(self, shot: Shot, frame: float) -> Shot:
-        """Return the shot with the lens that draws the view of a breathing lens at the frame.
+    def _with_view_of_breathing(self, shot: Shot, frame: float) -> Shot:
+        """Return the shot with a lens that does not breathe, but has the view of the breathing one.
 
-        A plate is not drawn: its shot is returned as it is.
+        That lens is constant: it holds the values of this frame. The shot of a plate is returned as
+        it is, because its picture is scaled after the blur.
         """
-        if not self.has_many_views or shot.lens.breathing == 1.0:
+        is_breathing = shot.lens.breathing != 1.0
+        if not self.has_many_views or not is_breathing:  # many views: a scene
             return shot
         return replace(shot, lens=without_breathing(shot.lens_at(frame)), curves=LensCurves())
 
@@ -273,9 +276,8 @@ class FrameRenderer:
 
     def optics(self, shot: Shot, frame: int = 0) -> Optics:
         """Return the optics of the shot's lens at `frame` for the source, in full-size pixels."""
-        return pinhole_optics(
-            self._focus_offsets, self.loaded, self._with_breathing(shot, frame).lens_at(frame)
-        )
+        breathing_shot = self._with_view_of_breathing(shot, frame)
+        return pinhole_optics(self._focus_offsets, self.loaded, breathing_shot.lens_at(frame))
 
     def _check(self, shot: Shot, frame: int) -> None:
         """Refuse pictures too large for this machine, and methods that the source forbids."""

@@ -63,7 +63,7 @@ class SceneBuffers:
         self.command_count = len(commands)
         self.commands = ctx.buffer(commands.tobytes())
         self.instances = ctx.buffer(reserve=len(self.order) * INSTANCE.itemsize)
-        self.vertex_records = np.zeros(len(self.order), INSTANCE)
+        self._instance_records = np.zeros(len(self.order), INSTANCE)
         self.materials = ctx.buffer(materials_of(scene.materials).tobytes())
         self.lights = ctx.buffer(lights_of(scene.lights))
         self.maps = maps_of(ctx, scene.images)
@@ -103,16 +103,20 @@ class SceneBuffers:
             self.lights.write(lights_of(lights))
 
     def place(self, transforms: Array) -> None:
-        """Put the scene's instances, in its order, at (N, 4, 4) object-to-world matrices."""
+        """Place the instances by (N, 4, 4) object-to-world matrices, in the order of the scene.
+
+        The records are in the order of `self.order`. Their `numbers` are the material, the mesh,
+        the index in the scene, and what `write_back_rules` adds.
+        """
         matrices = transforms[self.order]
         records = np.zeros(len(matrices), INSTANCE)
-        records["to_world"] = matrices.transpose(0, 2, 1)
+        records["to_world"] = matrices.transpose(0, 2, 1)  # GLSL stores matrices by columns
         records["to_object"] = inverses(matrices).transpose(0, 2, 1)
         materials = np.array([mesh.material for mesh in self.scene.meshes])
         records["numbers"][:, 0] = materials[self._meshes]
         records["numbers"][:, 1] = self._meshes
         records["numbers"][:, 2] = self.order
-        self.vertex_records = records
+        self._instance_records = records
         self.instances.write(records.tobytes())
 
     def reshape(self, shapes: Mapping[int, Mesh]) -> None:
@@ -125,7 +129,7 @@ class SceneBuffers:
 
     def write_back_rules(self, eye_m: Array) -> None:
         """Write how back faces are recognized from `eye_m`; call this after `place`."""
-        records = self.vertex_records
+        records = self._instance_records
         rules = self._closed_meshes.rules(
             self._meshes, records["to_world"].transpose(0, 2, 1), records["to_object"], eye_m
         )

@@ -20,7 +20,7 @@ ACTION_SAFE, TITLE_SAFE = 0.93, 0.90
 LINE_OPACITY = 0.55  # opacity of the white lines
 _ASPECT_LEAST, _ASPECT_MOST = 0.1, 10.0
 _PIXEL_LEAST, _PIXEL_MOST = 0.25, 4.0
-_CROSS = 0.05  # length of an arm of the cross, as a part of the height
+_ARM_SHARE = 0.05  # length of an arm of a cross or a corner, as a part of the height
 
 Rect = tuple[float, float, float, float]  # x0, y0, x1, y1
 Part = tuple[float, float, float, float]  # x0, y0, x1, y1 as parts of the canvas
@@ -192,17 +192,17 @@ def _rect_of_part(part: Part, picture: Rect) -> Rect:
 
 
 def _corners(rect: Rect) -> list[Rect]:
-    """Return the lines that mark the four corners of a rectangle, two for each."""
-    arm, (x0, y0, x1, y1) = _CROSS * (rect[3] - rect[1]), rect
-    ends = [
-        (x, y, x + width, y + height)
-        for x, width in ((x0, arm), (x1, -arm))
-        for y, height in ((y0, arm), (y1, -arm))
-    ]
+    """Return the lines, to the right or down, that mark the four corners of a rectangle."""
+    x0, y0, x1, y1 = rect
+    length = _ARM_SHARE * (y1 - y0)
+    # Both ends of a line, then the corner.
+    columns = (x0, x0 + length, x0), (x1 - length, x1, x1)
+    rows = (y0, y0 + length, y0), (y1 - length, y1, y1)
     return [
-        arm
-        for x, y, a, b in ends
-        for arm in ((min(x, a), y, max(x, a), y), (x, min(y, b), x, max(y, b)))
+        line
+        for left, right, x in columns
+        for top, bottom, y in rows
+        for line in ((left, y, right, y), (x, top, x, bottom))
     ]
 
 
@@ -230,8 +230,8 @@ def _thirds(rect: Rect) -> list[Rect]:
 def _cross(rect: Rect) -> list[Rect]:
     """Return the two lines of a cross in the middle of a rectangle."""
     x, y = (rect[0] + rect[2]) / 2, (rect[1] + rect[3]) / 2
-    arm = _CROSS * (rect[3] - rect[1])
-    return [(x - arm, y, x + arm, y), (x, y - arm, x, y + arm)]
+    length = _ARM_SHARE * (rect[3] - rect[1])
+    return [(x - length, y, x + length, y), (x, y - length, x, y + length)]
 
 
 def inner_rect(picture: Rect, aspect: float | None) -> Rect:

@@ -19,9 +19,10 @@ from heatlens.media.scene.picture_read import read_picture
 Pixels = NDArray[np.uint8]
 # Extensions that name another picture, the best known first.
 _SOURCES = ("KHR_texture_basisu", "EXT_texture_webp")
-_ERRORS_MOST = 3
+_NO_PICTURE = -1  # the key in `errors` for textures without a picture
+_ERRORS_MOST = 3  # errors that are reported in full
 _WRAPS = ("wrapS", "wrapT")
-_REPEAT = 10497
+_REPEAT = 10497  # this and the numbers below are OpenGL's
 _WRAP_KINDS = {_REPEAT: Wrap.REPEAT, 33071: Wrap.CLAMP, 33648: Wrap.MIRROR}
 
 
@@ -30,7 +31,7 @@ class GltfTextures:
     """Reads each picture of a file once, when a material first uses it.
 
     images  the pictures that were read, (H, W, 4)
-    errors  the error for each picture that could not be read
+    errors  the error for each picture of the file that could not be read, by its index there
     """
 
     gltf: GltfFile
@@ -41,7 +42,7 @@ class GltfTextures:
     )  # image of the file -> of the scene
 
     def map_number(self, owner: Record, name: str) -> int | None:
-        """Return the index in `images` of the picture of a texture; None for no picture."""
+        """Return the index in `self.images` of the picture of a texture; None for no picture."""
         number = self.gltf.index(owner.object_at(name), "index", "textures")
         return (
             None if number is None else self._image_number(self.gltf.top_level("textures")[number])
@@ -60,22 +61,26 @@ class GltfTextures:
             else [sampler_record.whole_number(name, _REPEAT) for name in _WRAPS]
         )
         wrap_u, wrap_v = (
-            _WRAP_KINDS.get(code, Wrap.REPEAT) for code in wrap_codes or (_REPEAT,) * 2
+            _WRAP_KINDS.get(code, Wrap.REPEAT)
+            for code in wrap_codes or (_REPEAT,) * 2  # without a sampler
         )
         return _read_placement(info, (wrap_u, wrap_v))
 
     def _image_number(self, texture: Record) -> int | None:
-        """Return the index in `images` of a texture's picture, read once; None for no picture."""
-        images = self.gltf.top_level("images")
-        extension_records = [texture.object_at("extensions", name) for name in _SOURCES]
-        sources = [record.index("source", len(images)) for record in (*extension_records, texture)]
+        """Return the index in `self.images` of a texture's picture; None for no picture.
+
+        The picture is read when it is first used. `source` is its index in the file.
+        """
+        file_images = self.gltf.top_level("images")
+        records = [*(texture.object_at("extensions", name) for name in _SOURCES), texture]
+        sources = [record.index("source", len(file_images)) for record in records]
         source = next((index for index in sources if index is not None), None)
         if source is None:
-            self.errors[-1] = "a texture names no picture of a known kind"
+            self.errors[_NO_PICTURE] = "a texture names no picture of a known kind"
         if source is None or source in self.errors:
             return None
         if source not in self._image_numbers:
-            self._read_image(source, images[source])
+            self._read_image(source, file_images[source])
         return self._image_numbers.get(source)
 
     def _read_image(self, source: int, record: Record) -> None:
@@ -88,7 +93,7 @@ class GltfTextures:
             self.errors[source] = str(error).removeprefix(f"{self.gltf.path}: ").rstrip(".")
 
     def add(self, pixels: Pixels) -> int:
-        """Keep a picture (H, W, 4) and return its index in `images`."""
+        """Keep a picture (H, W, 4) and return its index in `self.images`."""
         self.images.append(pixels)
         return len(self.images) - 1
 
