@@ -7,9 +7,10 @@
 
 #include "lib/samples.lib.glsl"  // sample_position, pixel_of, number_of, samples_across
 
-#define HALF 0.49999  // with a single sample, as for a depth, a surface covers it if its alpha is above one half
+#define HALF 0.49999  // with a single sample, as for a depth, a surface covers it if its alpha is one half or more
 
-uniform int sample_number;  // number of the sample that is drawn; -1: all thresholds are HALF
+// Number of this draw, each of which has samples_across^2 samples of a pixel; -1: all thresholds are HALF.
+uniform int draw_number;
 
 // Scrambles a number so that each bit of the result depends only on this bit and the lower ones.
 uint scramble(uint x, uint seed) {
@@ -23,11 +24,12 @@ uint scramble(uint x, uint seed) {
 
 // Threshold of a surface, given by its material and triangle, in the sample of this fragment.
 float threshold_of(uint material, uint triangle) {
-    if (sample_number < 0) return HALF;
+    if (draw_number < 0) return HALF;
     ivec2 position = sample_position();
-    uint number = uint(sample_number * samples_across * samples_across + number_of(position));
+    uint number = uint(draw_number * samples_across * samples_across + number_of(position));
     uvec4 seeds = hash_counters(uvec4(pixel_of(position), material, triangle));
     // The order of the samples is shuffled too; otherwise two surfaces would cover the same ones.
     uint shuffled_number = bitfieldReverse(scramble(bitfieldReverse(number), seeds.x));
+    // A number with its bits reversed, as a binary fraction, is its term of the van der Corput sequence.
     return float(bitfieldReverse(scramble(shuffled_number, seeds.y)) >> 8u) * (1.0 / 16777216.0);
 }

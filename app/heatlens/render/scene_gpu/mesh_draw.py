@@ -90,7 +90,7 @@ class ShadowPass:
         self._target.use()
         self._target.clear()
         self._ctx.draw_with(depth=DepthTest.LESS)
-        one_sample = {"sample_number": -1, "samples_across": 1, "first_row": 0, "rows_above": 0}
+        one_sample = {"draw_number": -1, "samples_across": 1, "first_row": 0, "rows_above": 0}
         cover({"clip_from_world": tuple(clip.T.ravel()), **one_sample})
         self._ctx.draw_with()
 

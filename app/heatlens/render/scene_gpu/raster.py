@@ -268,7 +268,7 @@ def cover_uniforms(view: SceneView) -> dict[str, object]:
     """Return the uniforms of scene_cover and scene_depth for a view."""
     return (
         mesh_uniforms(view)
-        | {"sample_number": -1 if view.sample is None else view.sample}
+        | {"draw_number": -1 if view.sample is None else view.sample}
         | sample_uniforms(view)
     )
 
