@@ -72,7 +72,7 @@ def _as_measured(lens_fields: Mapping[str, Any]) -> dict[str, Any]:
     fields = dict(lens_fields)
     measured_from = fields.get("measured_from", MeasuredFrom.PUPIL)
     if measured_from is MeasuredFrom.PUPIL:
-        fields.pop("pupil_offset_mm", None)
+        fields.pop("pupil_offset_mm", None)  # the command line takes it for a film plane only
     elif "focus_distance_m" in fields:
         fields["focus_distance_m"] += measured_from.offset_m(fields["pupil_offset_mm"])
     return fields

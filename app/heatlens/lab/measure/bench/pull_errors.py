@@ -189,6 +189,7 @@ def _blur_plate(
     width, height = scale * framing.width_px, scale * framing.height_px
     shot = replace(subject.shot, framing=replace(framing, width_px=width, height_px=height))
     plate = pinhole_plate(subject.renderer, shot, subject.frame, PinholeOptions(), subject.name)
+    # A flat plate: nothing is known behind its surfaces, nor outside its picture.
     plate_renderer.load(replace(plate.in_memory(), fragments=None, with_border=None))
     plate_subject = replace(subject, renderer=plate_renderer)
     pictures = {}

@@ -96,6 +96,7 @@ def _choose_focus(
     if "focus_distance_m" in given_fields:
         return given_fields["focus_distance_m"], "given"
     header_m = plate.camera.focus_distance_m
+    # No lens can focus at its focal length or nearer.
     if header_m is not None and header_m * 1e3 > values["focal_length_mm"]:
         return header_m, f"header, {plate.camera.sources.get('focus_distance_m')}"
     middle_m = _middle_depth_m(plate)
@@ -151,9 +152,8 @@ def plate_lens(plate: Plate, given_fields: Mapping[str, Any]) -> StartLens:
     they are impossible.
     """
     if not plate.has_distances:
-        return StartLens(
-            Lens(50.0, 2.8, math.inf, FULL_FRAME_WIDTH_MM, **_aperture_fields(given_fields)), {}
-        )
+        without_effect: Values = {**_USUAL_VALUES, "focus_distance_m": math.inf}
+        return StartLens(Lens(**without_effect, **_aperture_fields(given_fields)), {})
     values, sources = dict(given_fields), dict.fromkeys(given_fields, "given")
     for name in NEEDED:
         value = getattr(plate.camera, name)
