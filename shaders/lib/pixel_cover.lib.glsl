@@ -15,13 +15,14 @@
 // Share of a pixel at an offset from the disc's center that the disc covers.
 Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 position) {
     float spacing = 1.0 - smoothstep(FINE_RADIUS_PX, COARSE_RADIUS_PX, abs(radius));
-    // The variance of the points and that of their ramp make up that of the pixel's box and of the light.
+    // A ramp of half width w has the variance w^2 / 3. The points are spread, which is a part of that variance, so that
+    // the ramp of each point has to be narrower.
     float points_variance = spacing * spacing * (1.0 - 1.0 / float(FINE_ACROSS * FINE_ACROSS)) / 12.0;
     float point_ramp = spacing > 0.0 ? sqrt(max(ramp * ramp - 3.0 * points_variance, 1e-3)) : ramp;
-    rim_softness = spacing;
+    rim_softness = spacing;  // of lib/aperture.lib.glsl: 1 a smooth edge, 0 a linear one
     int points = spacing > 0.0 ? FINE_ACROSS * FINE_ACROSS : 1, i = 0;
     Cover sum = Cover(0.0);
-    do {
+    do {  // once for a large disc: a loop with a fixed number of rounds would be unrolled, which is slower
         vec2 point = (vec2(i % FINE_ACROSS, i / FINE_ACROSS) + 0.5) / float(FINE_ACROSS) - 0.5;
         sum += aperture_coverage(offset + spacing * point, radius, point_ramp, position);
     } while (++i < points);

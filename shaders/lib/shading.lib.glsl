@@ -6,6 +6,8 @@
 //   nv, nl, nh, vh   cosines between the normal n, the directions to the eye v and to the light l, and the direction h
 //                    half-way between v and l
 //   facing           reflectance of a surface that is seen along its normal
+//   s.normal, s.side   unit normals towards the eye: with the bumps of the normal map, and of the mesh itself
+//   s.open           share of the sky that is not occluded
 //   share            share of light that is mirrored; the rest is scattered (diffuse)
 
 #include "lib/pi.lib.glsl"  // PI
@@ -32,7 +34,7 @@ uniform vec3 sky_light[3];       // a, b, c of the sky's diffuse light a + b y +
 #define MOST_LOST 0.7          // bounds the fit of the lost energy, so that 1 / (1 - lost) stays small
 #define LEAST_ALBEDO 0.1       // bounds the energy compensation of the sky's reflection in the same way
 #define LEAST_LIGHT_DISTANCE_2 1e-4  // m^2: a light is no smaller than a centimetre
-#define SMOOTH_SPOT_FROM 1.5   // axis.w is 2 for a spot that fades smoothly, else 1
+#define SMOOTH_SPOT_FROM 1.5   // axis.w of a light is 0 for no spot, 1 for a spot, 2 for a spot that fades smoothly
 #define LEAST_CONE_WIDTH 1e-4  // cosine: a spot with equal inner and outer angle has a hard edge
 
 // The sky in a unit direction, blurred as if the direction's y were spread by `soft`.
@@ -58,7 +60,7 @@ vec3 sky_glossy(vec3 direction, float roughness) {
 
 // Visible share of the sun at a point, 0..1: four texels of the shadow map, compared with a point above the surface.
 float sun_share(vec3 position_m, vec3 normal) {
-    float facing = dot(normal, to_sun), slope = sqrt(max(1.0 - facing * facing, 0.0));
+    float sun_cosine = dot(normal, to_sun), slope = sqrt(max(1.0 - sun_cosine * sun_cosine, 0.0));
     vec3 from = position_m + normal * (NORMAL_OFFSET * shadow_texel_m * (FACING_OFFSET + SLOPE_OFFSET * slope));
     vec3 at = (shadow_from_world * vec4(from, 1.0)).xyz;
     if (any(lessThan(at, vec3(0.0))) || any(greaterThan(at, vec3(1.0)))) return 1.0;

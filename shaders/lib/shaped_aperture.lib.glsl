@@ -52,7 +52,9 @@ float straightness(float half_angle) {
 }
 
 // Signed distance of a point from the edge of the blades, negative inside, in radii, and its gradient.
-// `across` and `along` are the point's coordinates outwards from, and along, the chord of its blade.
+// `across` and `along` are the point's coordinates outwards from, and along, the chord of its blade. The edge is an arc
+// of the given curvature through the two corners: the zeros of bent + straight * across, whose gradient has length 1
+// there.
 vec3 past_blades(vec2 p) {
     float from_middle = max(length(p), TINY);
     vec3 distance = vec3(from_middle - 1.0, p / from_middle);
@@ -86,7 +88,8 @@ float profile(float square, float rim) {
     return 1.0 + RIM_MOST * abs(rim) * (float(RIM_POWER + 1) * pow(max(bright, 0.0), float(RIM_POWER)) - 1.0);
 }
 
-// Distance of a point from the edge, positive inside, after the squeeze: for an opening with these half axes.
+// Distance of a point from the edge, positive inside, after the squeeze: for an opening with these half axes. It is a
+// first-order estimate: the distance before the squeeze, divided by the length of its gradient after it.
 float to_rim(vec3 distance, vec2 axes) { return -distance.x / max(length(distance.yz / axes), 1e-6); }
 
 // Share of light of one color that the pixel at an offset gets. A tiny radius is enlarged, because the offset is
@@ -109,7 +112,8 @@ float cover_of_color(vec2 offset, float radius, float ramp, vec2 position) {
     return inside * profile(min(dot(p, p), 1.0), radius < 0.0 ? -aperture_rim : aperture_rim);
 }
 
-// Distance from the center to the edge of the blades in a direction, in radii; `angle` in radians.
+// Distance from the center to the edge of the blades in a direction, in radii; `angle` in radians. At a distance r in
+// this direction, the arc of `past_blades` is where curvature / 2 r^2 + linear r - constant = 0.
 float blade_radius(float angle) {
     if (aperture_blades == 0) return 1.0;
     float half_angle = PI / float(aperture_blades), sine = sin(half_angle), cosine = cos(half_angle);
@@ -120,13 +124,15 @@ float blade_radius(float angle) {
     return 2.0 * constant / (linear + sqrt(linear * linear + 2.0 * aperture_curvature * constant));
 }
 
-// Distance from the center to the edge of the barrel in a direction, in radii; `direction` is unit.
+// Distance from the center to the edge of the barrel in a direction, in radii; `direction` is unit. It is the positive
+// root of |r direction + shift| = aperture_barrel, for the circle that is reached first.
 float barrel_radius(vec2 direction, vec2 shift) {
     float along = abs(dot(direction, shift));
     return sqrt(along * along + aperture_barrel * aperture_barrel - dot(shift, shift)) - along;
 }
 
-// Light within the distance `reach` from the center in radii, as a share of that of the round lens.
+// Light within the distance `reach` from the center in radii, as a share of that of the round lens: the integral of
+// `profile`.
 float light_to(float reach, float rim) {
     float square = reach * reach;
     float bright = rim < 0.0 ? 1.0 - pow(max(1.0 - square, 0.0), float(RIM_POWER + 1)) : pow(square, float(RIM_POWER + 1));

@@ -17,10 +17,10 @@
 //   fragment_buf      three words a fragment (lib/fragment_words.lib.glsl)
 //   out_position_img  position of the light in its pixel: r, g from the center in pixels, b the variance along an axis
 //                     in pixels^2
-//   out_color_img     rgb mean of the front samples, where the pixel was not done
+//   out_color_img     rgb mean of the front samples; not written where only one surface is visible (is_done)
 //   out_depth_img     meters; of the nearest fragment if the list begins with the visible surface
 
-#include "lib/surface_groups.lib.glsl"  // SAME_GROUP, GROUPS_MOST, LEAST_COVER, Group, begin_pixel, front_sample ...
+#include "lib/surface_groups.lib.glsl"  // GROUPS_MOST, Group, begin_pixel, group_within, front_count, is_done ...
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -80,8 +80,9 @@ void main() {
     bool has_front = false, is_first = true;
     float depth_m = texelFetch(depth_tx, at, 0).r;
     begin_pixel(at, depth_m);
-    int open_count = front_count;
-    float limit = 1e30, nearest = nearest_sample(pixel);
+    int uncovered_count = front_count;  // front samples that no surface has taken yet
+    float limit = 1e30;  // dioptres below which the next surface is
+    float nearest = nearest_sample(pixel);  // its dioptres; negative if no sample is left
 #ifndef COUNT
     uint start = start_buf[index] >> 1, list_capacity = (start_buf[index + 1u] >> 1) - start;
     vec3 light;
@@ -93,8 +94,8 @@ void main() {
 #endif
     // one surface each round, from the nearest sample on; the last round takes all remaining samples
     for (int k = 0; k < GROUPS_MOST && nearest >= 0.0; ++k) {
-        float low = k == GROUPS_MOST - 1 ? 0.0 : nearest / SAME_GROUP, next;
-        Group group = group_within(pixel, low, limit, open_count, next);
+        float low = k == GROUPS_MOST - 1 ? 0.0 : nearest / SAME_GROUP, next;  // dioptres
+        Group group = group_within(pixel, low, limit, uncovered_count, next);
         limit = low;
         nearest = next;
         if (group.cover < LEAST_COVER) continue;

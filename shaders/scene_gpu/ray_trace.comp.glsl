@@ -2,6 +2,10 @@
 // its pixel's point in the plane of focus (Cook, Porter and Carpenter 1984, without motion blur). Random numbers are
 // independent between pixels and rays, so the remaining error is noise of known size. Each run adds one ray a pixel.
 //
+// Built with SHAPED for an opening that is not an ellipse, or with a focus of its own for each color; also with IMAGED
+// if that opening is a picture. The other switches are those of lib/scene.lib.glsl. With HOLES the thresholds of partly
+// transparent surfaces are random numbers, which ray_number (lib/bvh.lib.glsl) starts.
+//
 // Inputs
 //   the blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl, and the inputs of lib/shading.lib.glsl
 // In and out
@@ -14,7 +18,7 @@
 #include "lib/shading.lib.glsl"  // MOST_LIGHT, sky, shade
 #include "lib/tangent.lib.glsl"  // for lib/bvh.lib.glsl
 #include "lib/random.lib.glsl"  // random4
-#include "lib/bvh.lib.glsl"  // Hit, position_of, normal_of, tangent_at, uv_at, tint_at, first_hit, triangles ...
+#include "lib/bvh.lib.glsl"  // Hit, position_of, normal_of, tangent_at, uv_at, tint_at, first_hit, ray_number ...
 #include "lib/aperture.lib.glsl"  // aperture_point, aperture_axes, image_point, past_blades, pinhole_position
 #include "lib/focus_offset.lib.glsl"  // focus_offset_at
 #ifdef SHAPED
@@ -81,6 +85,7 @@ vec2 lens_point(uvec4 counts, vec2 first) { return aperture_axes * image_point(f
 #else
 vec2 lens_point(uvec4 counts, vec2 first) {
     vec2 point = aperture_point(first);
+    // A change of the last counter, the seed, gives numbers that no other ray of this picture uses.
     for (uint k = 1u; k < uint(TRIES) && past_blades(point / aperture_axes).x > 0.0; ++k)
         point = aperture_point(random4(counts + uvec4(0u, 0u, 0u, k << 16u)).zw);
     return point;
@@ -88,8 +93,8 @@ vec2 lens_point(uvec4 counts, vec2 first) {
 #endif
 
 // Adds one ray for all colors, or one for each color if their focus differs. `counts` are the counters for random
-// numbers, `u` the first of these.
-void add_ray(ivec2 at, uvec4 counts, vec4 u, vec2 px, vec2 size, inout vec4 sum) {
+// numbers, `u` the first of these. Returns the mean light of all rays.
+vec3 add_ray(ivec2 at, uvec4 counts, vec4 u, vec2 px, vec2 size, inout vec4 sum) {
     vec2 point = lens_point(counts, u.zw), p = point / aperture_axes;
     int colors = axial_dioptres == 0.0 ? 1 : 3;
     Sides sides = no_sides();
@@ -104,7 +109,19 @@ void add_ray(ivec2 at, uvec4 counts, vec4 u, vec2 px, vec2 size, inout vec4 sum)
     }
     sum.a += 1.0;
     write_sides(at, sides);
-    imageStore(mean_img, at, vec4(mean_of(sides).rgb, 1.0));
+    return mean_of(sides).rgb;
+}
+
+// The mean light of the rays of earlier runs.
+vec3 mean_before(ivec2 at, vec4 sum) { return mean_of(read_sides(at)).rgb; }
+#else
+vec3 mean_before(ivec2 at, vec4 sum) { return sum.rgb / sum.a; }
+
+vec3 add_ray(ivec2 at, uvec4 counts, vec4 u, vec2 px, vec2 size, inout vec4 sum) {
+    float dioptres;
+    vec3 light = light_through(px, size, lens_middle_m + aperture_point(u.zw), focus_dioptres, dioptres);
+    sum += vec4(light, 1.0);
+    return mean_before(at, sum);
 }
 #endif
 
@@ -112,23 +129,16 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, band_start), size = imageSize(sum_img);
     if (any(greaterThanEqual(at, size))) return;
     vec4 sum = is_first ? vec4(0.0) : imageLoad(sum_img, at);
+    vec3 mean;
     if (sum.a < float(rays)) {
-        vec4 u = random4(uvec4(at, uint(sum.a), uint(seed)));
+        uvec4 counts = uvec4(at, uint(sum.a), uint(seed));
+        vec4 u = random4(counts);
 #ifdef HOLES
         ray_number = uvec3(at.x | at.y << 16, uint(sum.a), uint(seed));
 #endif
         vec2 px = vec2(at) + 0.5 + pixel_middle_px + pixel_side_px * (u.xy - 0.5);
-#ifdef SHAPED
-        add_ray(at, uvec4(at, uint(sum.a), uint(seed)), u, px, vec2(size), sum);
+        mean = add_ray(at, counts, u, px, vec2(size), sum);
         imageStore(sum_img, at, sum);
-    }
-    else imageStore(mean_img, at, vec4(mean_of(read_sides(at)).rgb, 1.0));
-#else
-        float dioptres;
-        vec3 light = light_through(px, vec2(size), lens_middle_m + aperture_point(u.zw), focus_dioptres, dioptres);
-        sum += vec4(light, 1.0);
-        imageStore(sum_img, at, sum);
-    }
-    imageStore(mean_img, at, vec4(sum.rgb / sum.a, 1.0));
-#endif
+    } else mean = mean_before(at, sum);
+    imageStore(mean_img, at, vec4(mean, 1.0));
 }
