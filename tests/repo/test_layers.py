@@ -17,7 +17,8 @@ import pytest
 import heatlens
 
 PACKAGE = Path(heatlens.__file__).parent
-# Each wing with its rooms, both in order: what is further down knows what stands above it.
+# Each wing, a folder of the package, with its rooms, the folders in it. Both are in order: what is
+# further down may import what stands above it. A hall is a room that has many folders itself.
 WINGS = {
     "core": ("base", "model"),
     "media": (
@@ -142,7 +143,7 @@ def test_wings_import_only_from_earlier_wings():
     assert not {importer for importer, imported in pairs if imported == "lab"}
 
 
-def test_package_folders_are_the_wings():
+def test_package_has_only_the_listed_top_folders():
     folders = {path.name for path in PACKAGE.iterdir() if path.is_dir()} - {"__pycache__"}
     assert folders == set(WINGS) and len(folders) <= FOLDERS_MAX
 

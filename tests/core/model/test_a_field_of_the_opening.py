@@ -34,12 +34,17 @@ import sys
 from pathlib import Path
 from heatlens.core.model.lens.lens import Lens
 folder = Path(sys.argv[1])
-lens = Lens(50.0, 2.0, 2.0, 36.0, astigmatism=0.25, coating=Coating.GOLD)
+needed = dict(focal_length_mm=50.0, f_stop=2.0, focus_distance_m=2.0, sensor_width_mm=36.0)
+lens = Lens(**needed, astigmatism=0.25, coating=Coating.GOLD)
 """
 
 
 def run_with_two_new_fields(folder: Path, program: str) -> str:
-    """Run `program` in a new process with the two added fields. Return its standard output."""
+    """Run `program` in a new process, and return its standard output.
+
+    There the opening has the fields `astigmatism` and `coating`. The program finds a `lens` that
+    sets both, the `needed` values of a lens, and `folder`.
+    """
     text = _BEGIN + textwrap.dedent(program)
     process = subprocess.run(
         [sys.executable, "-c", text, str(folder)], capture_output=True, text=True, check=False
@@ -54,7 +59,7 @@ def test_new_opening_field_is_in_aperture_and_checked(tmp_path):
         """
         assert lens.aperture.astigmatism == 0.25 and not lens.aperture.is_plain
         try:
-            Lens(50.0, 2.0, 2.0, 36.0, astigmatism=2.0)
+            Lens(**needed, astigmatism=2.0)
         except Exception as error:
             assert "astigmatism must be between 0 and 1" in str(error)
         else:
@@ -73,7 +78,7 @@ def test_new_opening_field_survives_lens_kit_file(tmp_path):
         kit = LensKit("own", "of the test", (KitLens(50.0, 2.0, 0.5),), character)
         (folder / "own.json").write_text(kit_text(kit))
         assert read_kit(folder / "own.json") == kit
-        assert kit.limit_lens(Lens(50.0, 2.8, 2.0, 36.0)).astigmatism == 0.25
+        assert kit.limit_lens(Lens(**needed)).astigmatism == 0.25
         """,
     )
 

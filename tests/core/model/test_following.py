@@ -61,8 +61,9 @@ def test_bridge_gaps_stays_within_range_of_seen_distances(distances_m):
 
 
 def test_bridge_gaps_interpolates_dioptres_and_keeps_end_values():
-    track = bridge_gaps([None, 2.0, None, None, 0.5, None])
-    assert track == pytest.approx([0.5, 0.5, 1.0, 1.5, 2.0, 2.0])
+    distances_m = [None, 4.0, None, None, 1.0, None]
+    dioptres = bridge_gaps(distances_m)
+    assert dioptres == pytest.approx([0.25, 0.25, 0.5, 0.75, 1.0, 1.0])
 
 
 def test_follow_options_delay_ease_and_limit_speed():

@@ -22,7 +22,7 @@ from support.exports import files_in, refused_export_message, shot_of, write_pla
 
 LENS = ("--f-stop", "1.4", "--focus-distance", "2", "--quality", "draft")
 GRADE = Grade((1.5, 1.0, 0.7), (0.02, 0.0, -0.02), (1.0, 1.1, 0.9), 0.5)
-FIRST, SECOND = FrameRange(1002, 1003), FrameRange(1004, 1005)
+FIRST_RANGE, SECOND_RANGE = FrameRange(1002, 1003), FrameRange(1004, 1005)
 
 
 @pytest.fixture
@@ -32,17 +32,20 @@ def reel(tmp_path):
     write_shot(shot, shot_of(source))
     path = tmp_path / "cut.heatreel.json"
     shots = (
-        ReelShot(name="s1", source=source, frames=FIRST),
-        ReelShot(name="s2", source=str(shot), frames=SECOND),
+        ReelShot(name="s1", source=source, frames=FIRST_RANGE),
+        ReelShot(name="s2", source=str(shot), frames=SECOND_RANGE),
     )
     write_reel(path, Reel("cut", shots, 25.0, "01:00:00:00", ((1, 1),)))
     return path
 
 
 @pytest.fixture
-def plates_alone(tmp_path):
+def plates_reel(tmp_path):
     source, path = write_plates(tmp_path / "p"), tmp_path / "cut.heatreel.json"
-    write_reel(path, Reel("cut", (ReelShot("s1", source, FIRST), ReelShot("s2", source, SECOND))))
+    write_reel(
+        path,
+        Reel("cut", (ReelShot("s1", source, FIRST_RANGE), ReelShot("s2", source, SECOND_RANGE))),
+    )
     return path
 
 
@@ -50,20 +53,20 @@ def export(reel, out, *words) -> None:
     assert main(["export", str(reel), "-o", str(out), *map(str, words)]) == 0
 
 
-def test_reel_export_of_shot_equals_export_of_shot_alone(tmp_path, plates_alone):
+def test_reel_export_of_shot_equals_export_of_shot_alone(tmp_path, plates_reel):
     out = tmp_path / "out" / "{shot}" / "{shot}.####.exr"
-    export(plates_alone, out, *LENS)
+    export(plates_reel, out, *LENS)
     source = tmp_path / "p" / "plate.####.exr"
     export(source, tmp_path / "alone.####.exr", *LENS, "--fps", 24, "--frames", "1004-1005")
     assert sorted(files_in(tmp_path / "out" / "s2")) == ["s2.1004.exr", "s2.1005.exr"]
-    for frame in SECOND:
+    for frame in SECOND_RANGE:
         (reel_part,) = read_parts(tmp_path / "out" / "s2" / f"s2.{frame}.exr")
         (single_part,) = read_parts(tmp_path / f"alone.{frame}.exr")
         assert all(np.array_equal(reel_part[1][name], single_part[1][name]) for name in "RGB")
 
 
-def test_handles_are_limited_to_available_frames(tmp_path, plates_alone, capsys):
-    export(plates_alone, tmp_path / "o" / "{shot}.####.exr", *LENS, "--handles", 2)
+def test_handles_are_limited_to_available_frames(tmp_path, plates_reel, capsys):
+    export(plates_reel, tmp_path / "o" / "{shot}.####.exr", *LENS, "--handles", 2)
     file_names = sorted(files_in(tmp_path / "o"))
     assert [name for name in file_names if name.startswith("s1")] == [
         f"s1.{frame}.exr" for frame in range(1001, 1006)
@@ -78,7 +81,7 @@ def test_movie_of_cut_has_frames_in_order_black_gap_and_timecode(tmp_path, reel)
     with av.open(str(movie)) as container:
         assert container.streams.video[0].average_rate == 25
         cut_frames = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
-    assert len(cut_frames) == FIRST.count + 1 + SECOND.count
+    assert len(cut_frames) == FIRST_RANGE.count + 1 + SECOND_RANGE.count
     assert [int(frame.max()) < 5 for frame in cut_frames] == [False, False, True, False, False]
     assert str(timecode_of(picture_header(movie))) == "01:00:00:00"
     assert not (tmp_path / "cut.mov.frames").exists()
@@ -104,7 +107,7 @@ def test_movie_of_cut_reuses_frames_of_stopped_export(tmp_path, reel, monkeypatc
         work = ReelActions(_print_notes, _export_shot, lambda shots: None, _open_frames)
         export_reel(args, work)
     kept_frame_times = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("frame.*.exr")}
-    assert len(kept_frame_times) == FIRST.count + SECOND.count and not movie.exists()
+    assert len(kept_frame_times) == FIRST_RANGE.count + SECOND_RANGE.count and not movie.exists()
     with monkeypatch.context() as patch:
         patch.setattr("heatlens.deliver.export.run.FrameRendering.render", None)
         export(reel, movie)
@@ -122,10 +125,12 @@ def test_after_export_command_gets_report_of_each_shot(tmp_path, reel):
         [1002, 1003],
         None,
     )
-    assert second_report["files"] == [str(tmp_path / "o" / f"s2.{frame}.exr") for frame in SECOND]
+    assert second_report["files"] == [
+        str(tmp_path / "o" / f"s2.{frame}.exr") for frame in SECOND_RANGE
+    ]
     shot = read_shot(tmp_path / "s2.heatlens.json")
     assert second_report["lens"]["focus_distance_m"] == [
-        shot.lens_at(frame).focus_distance_m for frame in SECOND
+        shot.lens_at(frame).focus_distance_m for frame in SECOND_RANGE
     ]
 
 
@@ -143,7 +148,7 @@ def test_edit_out_refers_to_exported_frames(tmp_path, reel):
     from heatlens.media.documents.edit_file import EditOptions, read_edit
 
     edit = read_edit(tmp_path / "new.otio", EditOptions())
-    assert [shot.frames for shot in edit.shots] == [FIRST, SECOND]
+    assert [shot.frames for shot in edit.shots] == [FIRST_RANGE, SECOND_RANGE]
     assert [shot.source for shot in edit.shots] == [
         str(tmp_path / "o" / f"s{n}.####.exr") for n in (1, 2)
     ]
@@ -171,24 +176,25 @@ def test_reel_export_names_missing_media_before_writing(tmp_path, capsys):
     assert main(["info", str(path)]) == 1
 
 
-def test_reel_of_changed_edit_keeps_keys_of_existing_shots(tmp_path, plates_alone):
+def test_reel_of_changed_edit_keeps_keys_of_existing_shots(tmp_path, plates_reel):
     out, shots = tmp_path / "r.heatreel.json", tmp_path / "shots"
     words = ["-o", str(out), "--shots", str(shots), "--f-stop", "1.4", "--mark", "B=3m"]
-    assert main(["reel", str(plates_alone), *words]) == 0
+    assert main(["reel", str(plates_reel), *words]) == 0
     shot_path = shots / "s1.heatlens.json"
     first_shot = read_shot(shot_path)
     assert (first_shot.in_out, first_shot.lens.f_stop, first_shot.marks[0].name) == (
-        FIRST,
+        FIRST_RANGE,
         1.4,
         "B",
     )
-    pulled_shot = replace(shot_of(first_shot.source), in_out=FIRST)
-    write_shot(shot_path, pulled_shot)
-    reel_before = read_reel(plates_alone)
+    shot_with_keys = replace(shot_of(first_shot.source), in_out=FIRST_RANGE)
+    write_shot(shot_path, shot_with_keys)
+    reel_before = read_reel(plates_reel)
+    # the edit is changed: its first shot becomes longer
     longer_shot = replace(reel_before.shots[0], frames=FrameRange(1001, 1006))
-    write_reel(plates_alone, replace(reel_before, shots=(longer_shot, *reel_before.shots[1:])))
-    assert main(["reel", str(plates_alone), *words]) == 0
-    assert read_shot(shot_path) == replace(pulled_shot, in_out=longer_shot.frames)
+    write_reel(plates_reel, replace(reel_before, shots=(longer_shot, *reel_before.shots[1:])))
+    assert main(["reel", str(plates_reel), *words]) == 0
+    assert read_shot(shot_path) == replace(shot_with_keys, in_out=longer_shot.frames)
     assert read_reel(out).shots[0].source == str(shot_path)
 
 
@@ -202,16 +208,16 @@ def test_slurm_script_runs_after_export_command_last(tmp_path, capsys):
     subprocess.run(["sh", "-n"], input=script, text=True, check=True)
 
 
-def test_grade_of_edit_applies_to_png_but_not_to_exr(tmp_path, plates_alone):
+def test_grade_of_edit_applies_to_png_but_not_to_exr(tmp_path, plates_reel):
     """The grade of the edit acts like the option `--cdl`."""
-    reel = read_reel(plates_alone)
+    reel = read_reel(plates_reel)
     graded = replace(reel, shots=tuple(replace(shot, grade=GRADE) for shot in reel.shots))
     source = tmp_path / "p" / "plate.####.exr"
     for name, suffix in (("pictures", "png"), ("light", "exr")):
-        write_reel(plates_alone, graded)
-        export(plates_alone, tmp_path / name / f"{{shot}}.####.{suffix}", *LENS)
-        write_reel(plates_alone, reel)
-        export(plates_alone, tmp_path / name / "plain" / f"{{shot}}.####.{suffix}", *LENS)
+        write_reel(plates_reel, graded)
+        export(plates_reel, tmp_path / name / f"{{shot}}.####.{suffix}", *LENS)
+        write_reel(plates_reel, reel)
+        export(plates_reel, tmp_path / name / "plain" / f"{{shot}}.####.{suffix}", *LENS)
     words = (*LENS, "--frames", "1002", "--fps", 24)
     export(source, tmp_path / "alone.####.png", *words, "--cdl", str(GRADE))
     pictures, light = tmp_path / "pictures", tmp_path / "light"
@@ -231,7 +237,9 @@ def test_grade_of_shot_is_used_unless_cdl_option_replaces_it(tmp_path):
     write_shot(shot, replace(shot_of(source), grade=GRADE))
     assert read_shot(shot).grade == GRADE
     reel = tmp_path / "cut.heatreel.json"
-    write_reel(reel, Reel("cut", (ReelShot("s", str(shot), FIRST, grade=Grade((9.0, 9.0, 9.0))),)))
+    write_reel(
+        reel, Reel("cut", (ReelShot("s", str(shot), FIRST_RANGE, grade=Grade((9.0, 9.0, 9.0))),))
+    )
     words = ("--frames", "1002", "--quality", "draft")
     export(shot, tmp_path / "own.####.png", *words)
     export(shot, tmp_path / "none.####.png", *words, "--cdl", "none")
@@ -241,14 +249,14 @@ def test_grade_of_shot_is_used_unless_cdl_option_replaces_it(tmp_path):
     assert np.array_equal(own_picture, pixels_of(tmp_path / "s.1002.png"))
 
 
-def test_reel_of_changed_edit_copies_grade_into_shot_file(tmp_path, plates_alone):
+def test_reel_of_changed_edit_copies_grade_into_shot_file(tmp_path, plates_reel):
     reel_path, shots = tmp_path / "made.heatreel.json", tmp_path / "shots"
-    main_words = ["reel", str(plates_alone), "-o", str(reel_path), "--shots", str(shots), *LENS[:4]]
+    main_words = ["reel", str(plates_reel), "-o", str(reel_path), "--shots", str(shots), *LENS[:4]]
     assert main(main_words) == 0
     path = shots / "s1.heatlens.json"
     assert read_shot(path).grade is None
-    reel = read_reel(plates_alone)
-    write_reel(plates_alone, replace(reel, shots=(replace(reel.shots[0], grade=GRADE),)))
+    reel = read_reel(plates_reel)
+    write_reel(plates_reel, replace(reel, shots=(replace(reel.shots[0], grade=GRADE),)))
     assert main(main_words) == 0
     assert read_shot(path).grade == GRADE
 
@@ -263,7 +271,7 @@ def pixels_of(path) -> np.ndarray:
 def test_message_common_to_all_shots_is_printed_once(capsys, tmp_path):
     sources = [write_plates(tmp_path / name) for name in "abc"]
     path = tmp_path / "cut.heatreel.json"
-    shots = (ReelShot(f"s{index}", source, FIRST) for index, source in enumerate(sources))
+    shots = (ReelShot(f"s{index}", source, FIRST_RANGE) for index, source in enumerate(sources))
     write_reel(path, Reel("cut", tuple(shots)))
     export(path, tmp_path / "out" / "{shot}" / "n.####.exr", *LENS)
     lines = capsys.readouterr().err.splitlines()
@@ -274,7 +282,7 @@ def test_message_common_to_all_shots_is_printed_once(capsys, tmp_path):
 
 def test_message_of_single_shot_has_no_shot_count(capsys, tmp_path):
     source, path = write_plates(tmp_path / "p"), tmp_path / "cut.heatreel.json"
-    write_reel(path, Reel("cut", (ReelShot(name="s1", source=source, frames=FIRST),)))
+    write_reel(path, Reel("cut", (ReelShot(name="s1", source=source, frames=FIRST_RANGE),)))
     export(path, tmp_path / "out" / "{shot}" / "n.####.exr", *LENS)
     message = capsys.readouterr().err
     assert "\nheatlens: depth: " in f"\n{message}" and "shots: " not in message

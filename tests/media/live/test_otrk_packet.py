@@ -20,6 +20,10 @@ from heatlens.media.live.ring.opentrackio import (
     split_into_datagrams,
 )
 
+# Numbers of the header, as the standard gives them.
+RESERVED, JSON_CODE, LAST_DATAGRAM = 0, 1, 0x8000
+HEADER_BYTES_SUMMED = 14  # the header before its checksum
+
 
 def expected_fletcher16(data: bytes) -> int:
     first = second = 0
@@ -35,9 +39,11 @@ def test_fletcher16_matches_reference_checksum(data):
 
 
 def test_datagram_header_has_layout_of_the_standard():
-    (datagram,) = split_into_datagrams(b"{}", Encoding.JSON, 7)
-    checksum = expected_fletcher16(datagram[:14] + b"{}")
-    assert datagram == struct.pack("!4sBBHIHH", b"OTrk", 0, 1, 7, 0, 0x8002, checksum) + b"{}"
+    sequence_number, offset, payload = 7, 0, b"{}"
+    (datagram,) = split_into_datagrams(payload, Encoding.JSON, sequence_number)
+    checksum = expected_fletcher16(datagram[:HEADER_BYTES_SUMMED] + payload)
+    numbers = RESERVED, JSON_CODE, sequence_number, offset, LAST_DATAGRAM | len(payload), checksum
+    assert datagram == struct.pack("!4sBBHIHH", b"OTrk", *numbers) + payload
 
 
 def segments_of(text: bytes, sequence: int, count: int = 0, step: int = 1) -> list[Segment]:
@@ -103,11 +109,13 @@ def test_assembly_loses_only_sample_of_lost_datagram_and_ignores_repeats(texts, 
 
 
 def test_assembly_does_not_join_segments_of_two_samples():
-    first, second = segments_of(b"ab" * 40, 10, 2), segments_of(b"cd" * 40, 20, 2)
+    first = segments_of(b"ab" * 40, sequence=10, count=2)
+    second = segments_of(b"cd" * 40, sequence=20, count=2)
     assembly = Assembly()
     assert [assembly.add(("a",), it) for it in (first[0], second[1])] == [None, None]
     assert assembly.lost == 1
-    assert [assembly.add(("a",), it) for it in segments_of(b"ef" * 40, 22, 2)][1] == b"ef" * 40
+    third = segments_of(b"ef" * 40, sequence=22, count=2)
+    assert [assembly.add(("a",), it) for it in third] == [None, b"ef" * 40]
 
 
 def stored_bytes(assembly: Assembly) -> int:
@@ -171,7 +179,9 @@ def test_parse_segment_rejects_noise(noise):
 
 
 def test_parse_segment_rejects_huge_sample():
-    header = struct.pack("!4sBBHIH", b"OTrk", 0, 1, 0, MAX_SAMPLE_BYTES, 1)
+    sequence_number, offset, length = 0, MAX_SAMPLE_BYTES, 1
+    numbers = RESERVED, JSON_CODE, sequence_number, offset, length
+    header = struct.pack("!4sBBHIH", b"OTrk", *numbers)
     datagram = header + struct.pack("!H", expected_fletcher16(header + b"x")) + b"x"
     with pytest.raises(RingPacketError, match="longer than"):
         parse_segment(datagram)

@@ -14,7 +14,9 @@ from support.exr_files import rgb, write_file
 from support.movies import write_movie
 
 SIDES = [side for side in DepthSide if side is not DepthSide.NONE]
-ENDS = {"near_m": 1.0, "far_m": 5.0, "depth_convention": DepthConvention.NORMALIZED}
+NEAR_M, FAR_M = 1.0, 5.0
+ENDS = {"near_m": NEAR_M, "far_m": FAR_M, "depth_convention": DepthConvention.NORMALIZED}
+PATCH_CODE, MOST_CODE = 50000, 65535  # depth of a patch as a number of 16 bits
 
 
 def join_halves(side, color, depth):
@@ -79,11 +81,11 @@ def test_depth_side_excludes_other_sources_of_depth(tmp_path, halves, more):
 def side_by_side(side, width, height, tint=None):
     """Return an image of colored patches beside its depth; `tint` colors a depth region."""
     rng = np.random.default_rng(3)
-    patches = rng.integers(0, 65535, (height // 20 + 1, width // 20 + 1, 3)).astype(np.uint16)
+    patches = rng.integers(0, MOST_CODE, (height // 20 + 1, width // 20 + 1, 3)).astype(np.uint16)
     color = patches.repeat(20, 0).repeat(20, 1)[:height, :width]
     ramp = np.linspace(6000, 60000, width, dtype=np.uint16)
     depth = np.broadcast_to(ramp[None, :, None], (height, width, 3)).copy()
-    depth[height // 4 : height // 2, : width // 2] = 50000
+    depth[height // 4 : height // 2, : width // 2] = PATCH_CODE
     if tint is not None:
         depth[tint] = 60000, 30000, 5000
     return join_halves(side, color, depth)
@@ -93,11 +95,15 @@ def side_by_side(side, width, height, tint=None):
 @pytest.mark.parametrize("width", [280, 320, 402])
 @pytest.mark.parametrize("side", SIDES)
 def test_depth_side_ignores_chroma_at_seam_of_h264_movie(tmp_path, side, width, crf):
-    """The movie has 4:2:0 chroma; half its width is a multiple of the codec's blocks or not."""
+    """Color that the codec smears across the seam does not make a depth colored, and so refused.
+
+    The movie has 4:2:0 chroma; half its width is a multiple of the codec's blocks or not.
+    """
     pictures = [side_by_side(side, width, 180)] * 3
     movie = write_movie(tmp_path / "a.mp4", pictures, "H.264", options={"crf": crf})
     plate = read_plate(movie / "frame.0002.mp4", PlateOptions(depth_side=side, **ENDS))
-    assert plate.depth_m[60, 60] == pytest.approx(1 + 4 * 50000 / 65535, rel=0.02)
+    patch_m = NEAR_M + (FAR_M - NEAR_M) * PATCH_CODE / MOST_CODE
+    assert plate.depth_m[60, 60] == pytest.approx(patch_m, rel=0.02)
 
 
 @pytest.mark.parametrize("crf", ["12", "23"])

@@ -14,7 +14,7 @@ from heatlens.render.defocus.kernels import named_kernel
 from heatlens.render.defocus.line_solver import SolverName
 from heatlens.render.defocus.pass_costs import Traffic, Work
 from heatlens.render.defocus.pass_list import Pass
-from heatlens.render.defocus.scratch import Scratch, lifetimes
+from heatlens.render.defocus.scratch import AFTER_THE_PICTURE, Scratch, lifetimes
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program_versions import combine_variants, without_and_with
 
@@ -25,9 +25,9 @@ GRAIN = Pass(
         "grain.comp.glsl": combine_variants(without_and_with("COARSE"), without_and_with("COLORED"))
     },
     traffic=lambda _, runs: Traffic(24.0 * runs, 20.0 * runs),
-    writes={"grained": ""},
+    writes={"grained": ""},  # in memory of its own
     reads_last=("blurred",),
-    private_memory={"noise": "poles"},
+    private_memory={"noise": "poles"},  # reuses the memory of the texture `poles`
 )
 
 
@@ -40,7 +40,8 @@ def grain(monkeypatch: pytest.MonkeyPatch) -> Iterator[Pass]:
 
 def test_added_pass_has_declared_memory_lifetimes(ctx: Device, grain: Pass) -> None:
     lifetimes_by_name = lifetimes()
-    assert (lifetimes_by_name["grained"].first, lifetimes_by_name["grained"].last) == ("grain", "")
+    grained = lifetimes_by_name["grained"]
+    assert (grained.first, grained.last) == ("grain", AFTER_THE_PICTURE)
     noise = lifetimes_by_name["noise"]
     assert (noise.memory, noise.first, noise.last) == ("poles", "grain", "grain")
     assert lifetimes_by_name["blurred"].last == "grain"
@@ -54,8 +55,9 @@ def test_added_pass_has_declared_memory_lifetimes(ctx: Device, grain: Pass) -> N
 
 
 def test_bench_row_of_added_pass_has_its_bytes(grain: Pass) -> None:
-    row = pass_row("grain", PassSeconds(1e-3, 3), WORK, 1e9)
-    assert (row.bytes_moved, row.bytes_least) == (3 * 24 * 64 * 48, 3 * 20 * 64 * 48)
+    runs, pixels = 3, WORK.size[0] * WORK.size[1]
+    row = pass_row("grain", PassSeconds(1e-3, runs), WORK, copy_bytes_per_s=1e9)
+    assert (row.bytes_moved, row.bytes_least) == (24 * runs * pixels, 20 * runs * pixels)
 
 
 def test_doctor_builds_each_variant_of_added_pass(grain: Pass) -> None:

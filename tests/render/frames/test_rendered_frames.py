@@ -42,6 +42,7 @@ from support.session_files import LENS, room_file
 SOURCE = KeySource("/plates/a.exr", ((5, 7),))
 SIGHT = SceneSight(pose=Pose(), moment=3.0, size=(96, 54))
 DRAFT = DefocusSettings(quality=Quality.DRAFT, proxy=0.5)
+HALF_SHAPE = (32, 48, 4)  # of a picture of 96 x 64 pixels, blurred with DRAFT
 
 
 def key(shot: Shot, frame: int) -> str:
@@ -139,6 +140,7 @@ def test_runs_of_covers_frames_without_adjacent_runs(frames):
 
 
 def fill_frame(filler: FrameFiller, job: FrameJob, slice_s: float = 10.0):
+    """Return the picture of a job, rendered in slices of this length."""
     for _ in range(100_000):
         picture = filler.work(job, None, slice_s)
         if picture is not None:
@@ -159,18 +161,18 @@ def job_of(path, frame: int = 4, key: str = "k") -> FrameJob:
     return FrameJob(key, shot, frame, PlateFile(stamp_files((path,)), PlateOptions(), read_plate))
 
 
-def test_filled_frame_equals_rendered_half_floats(filler, renderer, tmp_path):
+def test_frame_rendered_ahead_equals_renderer_in_half_floats(filler, renderer, tmp_path):
     path = room_file(tmp_path / "room.exr")
     renderer.load(read_plate(path))
     for frame in (1, 4, 9):
         job = job_of(path, frame, f"k{frame}")
         picture = fill_frame(filler, job).as_kept()
-        assert picture.pixels.shape == (32, 48, 4)
+        assert picture.pixels.shape == HALF_SHAPE  # its windows stay those of the plate
         np.testing.assert_array_equal(picture.pixels, to_half(renderer.pixels(job.shot, frame)))
         assert (picture.data_window.width, picture.display_window.height) == (96, 64)
 
 
-def test_fill_in_short_slices_gives_same_picture(filler, renderer, tmp_path):
+def test_frame_rendered_ahead_in_short_slices_equals_renderer(filler, renderer, tmp_path):
     path = room_file(tmp_path / "room.exr")
     ticks = iter(range(10**9))
     filler._clock = lambda: float(next(ticks))
@@ -220,7 +222,7 @@ def test_fill_rejects_damaged_plate_and_renders_next(filler, tmp_path):
     bad.write_bytes(b"no picture")
     with pytest.raises(InputError, match=r"bad\.exr"):
         fill_frame(filler, job_of(bad))
-    assert fill_frame(filler, job_of(good, key="2")).pixels.shape == (32, 48, 4)
+    assert fill_frame(filler, job_of(good, key="2")).pixels.shape == HALF_SHAPE
 
 
 def test_stamp_book_stamps_files_and_wakes_on_change(tmp_path):

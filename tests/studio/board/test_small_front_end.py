@@ -75,8 +75,9 @@ def test_small_front_end_opens_drags_marks_and_exports(front_end, tmp_path):
     opened = front_end.open(write_plates(tmp_path))
     assert (opened.frame, opened.size_px) == (FIRST, (48, 32))
     dragged = front_end.drag_focus(6.0)
-    assert dragged.lens.focus_distance_m == 6.0 and dragged.picture > opened.picture
-    (mark,) = front_end.mark(40, 16).marks
+    assert dragged.lens.focus_distance_m == 6.0
+    assert dragged.picture > opened.picture  # numbers of pictures: a new one was drawn
+    (mark,) = front_end.mark(x_px=40, y_px=16).marks
     assert mark.distance_m == FAR_M
     exported = front_end.export(tmp_path / "out", FIRST + 2)
     assert not exported.is_problem, exported.message

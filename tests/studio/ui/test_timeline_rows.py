@@ -73,7 +73,7 @@ def undo_count(gui: Gui) -> int:
 
 
 @given(st.sampled_from(list(LensParameter)), st.floats(1.0, 2.0), st.floats(1.001, 1.9))
-def test_axis_level_rises_with_the_value_and_is_invertible(parameter, value, factor):
+def test_axis_level_falls_with_the_value_and_is_invertible(parameter, value, factor):
     axis = AXES[parameter]
     assert axis.level_of(value * factor) < axis.level_of(value)
     assert axis.value_at(axis.level_of(value)) == pytest.approx(value)
@@ -98,14 +98,17 @@ def test_focus_axis_converts_linear_scale_to_dioptres(position):
     assert math.isfinite(axis.to_scale(-position, Scale.LINEAR))
 
 
-def test_axis_labels_follow_the_spacing_and_values_are_formatted():
-    axis = AXES[F_STOP]
-    assert axis.labels_for(0.1) == THIRD_STOPS
-    whole = axis.labels_for(0.5)
-    assert {1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0} <= set(whole)
-    gaps = [axis.level_of(a) - axis.level_of(b) for a, b in pairwise(whole)]
+def test_f_stop_labels_are_third_or_whole_stops_by_their_least_distance():
+    axis = AXES[F_STOP]  # one level is one stop
+    assert axis.labels_for(levels_apart=0.1) == THIRD_STOPS
+    whole_stops = axis.labels_for(levels_apart=0.5)
+    assert {1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0} <= set(whole_stops)
+    gaps = [axis.level_of(a) - axis.level_of(b) for a, b in pairwise(whole_stops)]
     assert gaps == pytest.approx([1.0] * len(gaps), abs=0.1)
-    assert axis.labels_for(9.0) == whole
+    assert axis.labels_for(levels_apart=9.0) == whole_stops  # there is no shorter list
+
+
+def test_format_value_of_axis_adds_the_unit_of_its_parameter():
     assert [AXES[p].format_value(v, "ft") for p, v in ((F_STOP, 2.8), (FOCAL, 35))] == [
         "f/2.8",
         "35 mm",

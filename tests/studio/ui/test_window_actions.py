@@ -157,10 +157,10 @@ def test_palette_runs_the_typed_action(gui):
     gui.key(K.p, ctrl=True, shift=True)
     gui.frame(3)
     gui.type("far xyz")
-    gui.key(K.enter)  # nothing is called so: it waits for other words
-    for _ in range(3):
+    gui.key(K.enter)  # no action has these words: the palette waits for others
+    for _ in "xyz":
         gui.key(K.backspace)
-    gui.type("near")
+    gui.type("near")  # "far near" finds the action "Near, in focus, far", which shows three zones
     gui.key(K.enter)
     gui.frame(3)
     assert gui.session.facts.view.overlay == "zones"
