@@ -31,7 +31,7 @@ layout(rgba32f) uniform writeonly image2D out_cost_img;
 #define TAPS 2            // pixels to compare on each side: the end and one pixel behind it
 #define TAP_WEIGHT 0.5    // weight of the pixels behind the ends
 #define BESIDE_PX 6       // distance at which the pixels beside an end are compared with it
-#define STRIPE_GAIN 40.0  // how much more similar ends count for each unit of contrast beside them
+#define STRIPE_GAIN 8.0   // how much more similar ends count for each unit of contrast beside them
 #define STRIPE_COST 0.3   // cost from which two ends are too different for one stripe
 
 // Returns whether a pixel is visible, and its compressed color times coverage, a coverage.
