@@ -168,7 +168,7 @@ def test_fault_autosaves_shot_before_message(reports, gui, tmp_path, monkeypatch
     assert read_shot(path).lens.f_stop != 1.25
 
 
-@pytest.mark.parametrize("function_name", ["shot_question", "pull_popup"])
+@pytest.mark.parametrize("function_name", ["draw_questions", "pull_popup"])
 def test_window_recovers_from_fault_while_drawing_and_reports_it_once(
     reports, gui, monkeypatch, expects_faults, function_name
 ):

@@ -95,11 +95,17 @@ class Screen:
         invisible, since more input waits: it collects no results of threads and makes no picture.
         """
 
+        has_panels = False
+
+        def draw_panels() -> None:
+            nonlocal has_panels
+            has_panels = _draw_safely(self._session, self._draw_panels)
+
         def draw_and_show() -> None:
-            _draw_safely(self._session, partial(self._draw_picture, is_visible))
+            if has_panels:  # else the picture's window would leave its place among them
+                _draw_safely(self._session, partial(self._draw_picture, is_visible))
             show()
 
-        draw_panels = partial(_draw_safely, self._session, self._draw_panels)
         return self.turn.make_frame(draw_panels, draw_and_show, _is_held, is_visible)
 
     def publish(self) -> None:
@@ -238,8 +244,11 @@ def _is_held() -> bool:
     return imgui.is_any_item_active() or any(imgui.is_mouse_down(button) for button in range(3))
 
 
-def _draw_safely(session: Session, draw: Callable[[], None]) -> None:
-    """Call a function that draws; show an error as a message, and leave nothing of ImGui open."""
+def _draw_safely(session: Session, draw: Callable[[], None]) -> bool:
+    """Call a function that draws, and return True if it has ended without an error.
+
+    An error is shown as a message, and leaves nothing of ImGui open.
+    """
     state = imgui.internal.ErrorRecoveryState()
     imgui.internal.error_recovery_store_state(state)
     try:
@@ -248,6 +257,8 @@ def _draw_safely(session: Session, draw: Callable[[], None]) -> None:
     except HeatlensError as error:
         _recover_from_error(state)
         session.show_error(error)
+        return False
+    return True
 
 
 # An error in a panel leaves windows, menus and styles of ImGui open, and its next frame would stop
