@@ -31,6 +31,9 @@ OWN = {
     "program_file.read_bytes",  # the program itself, for its fingerprint
     "Path(path).read_text",  # a shader
     "(folder / name).read_bytes",  # the page of the browser
+    "page.read_text",  # a page of the manual
+    "'icon.svg').read_bytes",  # the icon of the program
+    "newest.path.read_bytes",  # a version of a shot that the program has saved itself
     "spooled.read_bytes",  # a temporary file of this process
     "json.load",
     "np.load(BytesIO(read_file_bytes(",
