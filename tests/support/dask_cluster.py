@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from support.slurm import free_ports
 
@@ -24,6 +25,8 @@ class DaskCluster:
         self.port = free_ports(1)[0]
         self.address = f"tcp://127.0.0.1:{self.port}"
         self._running: dict[str, subprocess.Popen[bytes]] = {}
+        # A killed worker cannot remove its temporary files.
+        self._temporary = TemporaryDirectory(prefix="dask-", ignore_cleanup_errors=True)
 
     def schedule(self, *more: str) -> None:
         words = ("--host", "127.0.0.1", "--port", str(self.port), *QUIET, *more)
@@ -64,10 +67,9 @@ class DaskCluster:
     def _start(
         self, name: str, line: list[str], environment: dict[str, str] | None = None
     ) -> "subprocess.Popen[bytes]":
+        settings = os.environ | {"TMPDIR": self._temporary.name} | (environment or {})
         with (self.folder / f"{name}.log").open("wb") as log:
-            self._running[name] = subprocess.Popen(
-                line, stdout=log, stderr=log, env=os.environ | (environment or {})
-            )
+            self._running[name] = subprocess.Popen(line, stdout=log, stderr=log, env=settings)
         return self._running[name]
 
     def said(self, name: str) -> str:
@@ -93,6 +95,8 @@ class DaskCluster:
     def stop(self, but: Sequence[str] = ()) -> None:
         for name in self._running.keys() - set(but):
             self.kill(name)
+        if not self._running:
+            self._temporary.cleanup()
 
 
 def children_of(process: int) -> list[int]:
