@@ -166,6 +166,10 @@ def test_export_overwrites_files_of_other_programs_only_if_ticked(gui: Gui, tmp_
     assert theirs.read_bytes() == (tmp_path / "room.1002.exr").read_bytes()
     gui.click(gui.middle("overwrite files not made by heatlens"))
     press_export_and_answer(gui, "Cancel")
+    gui.click(gui.middle("Export"))
+    gui.frame(3)
+    gui.key(imgui.Key.enter)  # replaces nothing
+    assert not gui.session.files.exports.existing_words
     assert gui.session.files.exports.run.state is refused
     press_export_and_answer(gui, "Export over them")
     assert wait_for_end(gui).code == 0

@@ -112,7 +112,9 @@ def _ask_for_existing_files(files: FileControl) -> None:
         f"{exports.existing_words} Frames that are finished and as wanted stay; other frames of "
         "heatlens are replaced."
     )
-    answer = ask("existing", "Files are there already", words, ["Export over them", "Cancel"])
+    # Enter must replace nothing, so the harmless answer is the first.
+    answers = ["Cancel", "Export over them"]
+    answer = ask("existing", "Files are there already", words, answers, "Cancel")
     if answer:
         exports.answer_existing(exports_over=answer == "Export over them")
 
