@@ -62,8 +62,9 @@ def keep_version(folder: Path, shot: Shot, is_save: bool, now_s: float) -> None:
     write_shot(folder / name, shot)
     if newest is not None:
         is_close = newest.kind == "autosaved" and now_ms - newest.written_ms < _APART_S * 1e3
-        if is_close or newest.path.read_bytes() == (folder / name).read_bytes():
-            newest.path.unlink(missing_ok=True)
+        with suppress(FileNotFoundError):  # another window has deleted it
+            if is_close or newest.path.read_bytes() == (folder / name).read_bytes():
+                newest.path.unlink()
     for version in versions_in(folder)[VERSIONS_MOST:]:
         version.path.unlink(missing_ok=True)
     _limit_size(folder.parent)
