@@ -54,7 +54,10 @@ def module_of(name: str) -> ModuleType:
 
 
 def put_command_first(argv: Sequence[str]) -> list[str]:
-    """Put the command first: `view` if none is named, and --help for `help`.
+    """Put the command first: `view` if none is named.
+
+    `help` or `--help` before a command becomes `--help` after it, and before other words the
+    command `help`, which searches the manual.
 
     Raises InputError for a misspelt command that is not a file.
     """

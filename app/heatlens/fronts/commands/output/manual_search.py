@@ -14,8 +14,8 @@ _NAME_WEIGHT = 3.0  # of a word in the name of an option, in a heading or in bol
 _OPTION_WEIGHT = 5.0  # of the only word in the name of an option
 _FAMILIAR_LENGTH = 4  # letters that two words share if they are forms of one, such as fast, faster
 _LONGEST_ENDING = 3  # letters that may follow them
-# Words that users ask with, and what the pages call the same.
-_SAME = (
+# Words that users ask with, and those that the pages use for the same thing.
+_SYNONYMS = (
     ("faster", "quick", "speed", "proxy"),
     ("resume", "again", "missing"),
     ("elsewhere", "folder", "moved"),
@@ -25,7 +25,10 @@ _SAME = (
     ("single", "one"),
     ("black", "inverse", "white"),
 )
-_UNTOLD = frozenset("a an and at do for from how i in is it my of on or the to what with".split())
+# Words that are too common to tell passages apart.
+_STOP_WORDS = frozenset(
+    "a an and at do for from how i in is it my of on or the to what with".split()
+)
 _HEADS = re.compile(r"^\|.*\n\| ---.*$", re.MULTILINE)  # of tables
 _BLOCKS = re.compile(r"\n\s*\n|\n(?=- )|\n(?=\|)|\n(?=#)")
 
@@ -65,7 +68,7 @@ def passages_of(page: str) -> Iterator[Passage]:
 def best_passages(passages: Iterable[Passage], question: str, most: int) -> Sequence[Passage]:
     """Return the passages that fit a question best, the best one first; none if no word fits."""
     passages = list(passages)
-    alternatives = [_forms_of(word) for word in _words_in(question) if word not in _UNTOLD]
+    alternatives = [_forms_of(word) for word in _words_in(question) if word not in _STOP_WORDS]
     scores = dict.fromkeys(passages, 0.0)
     for forms in alternatives:
         fits = {it: _weight_in(it, forms) for it in passages}
@@ -91,7 +94,7 @@ def _words_in(text: str) -> list[str]:
 
 def _forms_of(word: str) -> dict[str, float]:
     """Return the words to look for in place of one, and what each counts."""
-    same = {other: 0.5 for group in _SAME if word in group for other in group}
+    same = {other: 0.5 for group in _SYNONYMS if word in group for other in group}
     return same | {word: 1.0}
 
 
