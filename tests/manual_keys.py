@@ -1,42 +1,45 @@
-"""Write the keys of all commands into the table of app/MANUAL.md.
+"""Write app/manual/keys.md: the mouse, and all commands with their keys.
 
     python tests/manual_keys.py
 
-It is made of the commands alone. Run it when a command or its key is new.
+It is made of the commands alone. Run it when a command, its key or its search words have changed.
 """
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
 
-from heatlens.studio.board.command import Command, keys_by_menu
+from heatlens.studio.board.command import MENUS, Command
+from heatlens.studio.ui.keys_window import mouse_sections
 from support.commands import listed_commands
 
-MANUAL = Path(__file__).parents[1] / "app" / "MANUAL.md"
-_HEAD = "| menu | keys |\n| --- | --- |\n"
+PAGE = Path(__file__).parents[1] / "app" / "manual" / "keys.md"
+_HEAD = """\
+# Mouse, keys and commands
+
+`?` shows the keys in the window. `Ctrl+Shift+P` finds every command, also by the words of the last
+column.
+"""
 
 
-def key_table(commands: Iterable[Command]) -> str:
-    """Return the table of the keys of these commands, a row for each menu."""
-    rows = (
-        f"| {menu} | {' · '.join(f'`{key}` {name}' for key, name in keys)} |\n"
-        for menu, keys in keys_by_menu(commands).items()
+def key_page(commands: Sequence[Command]) -> str:
+    """Return the page: what the mouse does, and a table of the commands of each menu."""
+    mouse = "".join(
+        f"\n## {section.title}\n\n| gesture | what it does |\n| --- | --- |\n"
+        + "".join(f"| {gesture} | {what} |\n" for gesture, what in section.rows)
+        for section in mouse_sections(has_camera=True)
     )
-    return _HEAD + "".join(rows)
+    menus = (
+        f"\n## {menu}\n\n| command | key | found by, too |\n| --- | --- | --- |\n"
+        + "".join(_row(command) for command in commands if command.menu == menu)
+        for menu in MENUS
+    )
+    return _HEAD + mouse + "".join(menus)
 
 
-def with_key_table(manual: str, table: str) -> str:
-    """Return the text of the manual with this table in the place of the one that it has."""
-    before, head, rest = manual.partition(_HEAD)
-    if not head:
-        raise SystemExit(f"{MANUAL.name} has no table that begins with {_HEAD.splitlines()[0]!r}.")
-    return before + table + "\n" + rest.partition("\n\n")[2]
-
-
-def main() -> None:
-    """Write the table of the manual."""
-    text = with_key_table(MANUAL.read_text(encoding="utf-8"), key_table(listed_commands()))
-    MANUAL.write_text(text, encoding="utf-8")
+def _row(command: Command) -> str:
+    key = command.key and f"`{command.key}`"
+    return f"| {command.name} | {key} | {', '.join(command.synonyms)} |\n"
 
 
 if __name__ == "__main__":
-    main()
+    PAGE.write_text(key_page(listed_commands()), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Draw the pictures of the window in README.md and of panels in app/MANUAL.md.
+"""Draw the pictures of the window in README.md and of panels in app/manual.
 
     .venv/bin/python tests/manual_pictures.py
 

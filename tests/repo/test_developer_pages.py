@@ -8,7 +8,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "app" / "heatlens"
-PAGES = [path for folder in ("app", "tests", "shaders") for path in (ROOT / folder).glob("*.md")]
+PAGES = [
+    path
+    for folder in ("app", "app/manual", "tests", "shaders")
+    for path in (ROOT / folder).glob("*.md")
+]
 PLACE = re.compile(r"`([\w/]+\.py): ([\w.]+)`")
 FILE = re.compile(r"`([\w/]+\.(?:py|glsl|md))`")
 LINK = re.compile(r"\]\(([^)#:]+)\)")

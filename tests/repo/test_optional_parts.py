@@ -27,6 +27,7 @@ from support.command_line import channels
 from support.compressed_files import RED_KTX2, draco_square, meshopt_square, square_with_ktx2
 from support.exports import write_shot_file
 from support.exr_files import write_file
+from support.manual import manual_text
 from support.mesh_files import STL
 from support.networks import write_network
 from support.picture_files import save, save_16_bits_of_color
@@ -110,7 +111,7 @@ def test_only_extras_module_catches_import_errors():
 
 def test_readme_and_manual_name_existing_extras():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    manual = (ROOT / "app" / "MANUAL.md").read_text(encoding="utf-8")
+    manual = manual_text()
     list_of_parts = manual.partition("A single part can be named too: ")[2].partition(".")[0]
     assert re.findall(r"`(\w+)`", list_of_parts) == [it.name for it in EXTRAS]
     mentioned_extras = re.findall(r"extra\s+`(\w+)`", readme + manual)

@@ -52,8 +52,8 @@ def test_wheel_runs_from_outside_the_checkout(tmp_path: Path) -> None:
     assert assets.isdisjoint({"window.png", "demo_street"})
     modules = {path.name for path in (tmp_path / "site" / "heatlens").rglob("*")}
     assert {
-        "MANUAL.md",
         "options.md",
+        "plates.md",
         "py.typed",
         "disc_kernels.json",
         "rim_kernels.json",

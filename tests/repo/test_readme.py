@@ -16,14 +16,14 @@ from heatlens.fronts.commands.command_parser import build_parser
 from heatlens.fronts.commands.command_table import put_command_first
 from heatlens.fronts.commands.main import main
 from heatlens.studio.ui import window
+from support.manual import manual_text, page
 
 ROOT = Path(__file__).resolve().parents[2]
-MANUAL = ROOT / "app" / "MANUAL.md"
 
 
 def shell_blocks() -> list[str]:
     """Return each block of shell commands, of the README and then of the manual."""
-    text = (ROOT / "README.md").read_text() + MANUAL.read_text()
+    text = (ROOT / "README.md").read_text() + manual_text()
     return [b.split("```")[0] for b in text.split("```sh\n")[1:]]
 
 
@@ -37,7 +37,7 @@ def test_ci_runs_test_command_of_readme() -> None:
 
 
 def test_pictures_of_readme_and_manual_exist() -> None:
-    text = (ROOT / "README.md").read_text() + MANUAL.read_text(encoding="utf-8")
+    text = (ROOT / "README.md").read_text() + manual_text()
     for name in (
         "still_life.exr",
         "focus_fruit.png",
@@ -57,8 +57,7 @@ def test_python_example_of_manual_runs(
     session_context: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)  # it writes a picture
-    section = MANUAL.read_text(encoding="utf-8").partition("### From Python\n")[2]
-    text = section.split("```python\n")[1].split("```")[0]
+    text = page("python").split("```python\n")[1].split("```")[0]
     code = text.replace("assets/", f"{ROOT.as_posix()}/assets/")
     depth_m = np.linspace(2.0, 6.0, 12, dtype=np.float32).reshape(3, 4)
     names: dict[str, object] = {"color": np.ones((3, 4, 3)), "depth_m": depth_m}
@@ -79,7 +78,7 @@ def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser
 
 def examples() -> list[str]:
     """Return the command lines in README, manual and every help text."""
-    text = (ROOT / "README.md").read_text() + MANUAL.read_text()
+    text = (ROOT / "README.md").read_text() + manual_text()
     lines = [line for line in code_lines() if line.startswith("heatlens ")]
     lines += re.findall(r"`(?:\S*/)?(heatlens (?:\w+ )?[^\s`]*[-.][^\s`]*[^`\n]*)`", text)
     for parser in parsers(build_parser()):
@@ -136,7 +135,7 @@ def test_documented_commands_run_in_order(tmp_path, monkeypatch, capsys):
 
 
 def test_manual_lists_all_exit_codes():
-    table = MANUAL.read_text().partition("| exit code |")[2].partition("\n\n")[0]
+    table = page("commands").partition("| exit code |")[2].partition("\n\n")[0]
     codes = [code for row in table.splitlines()[2:] for code in row.split("|")[1].split(",")]
     assert {int(code) for code in codes} == {0, 1, 2, 70, 130, 141, 143}
 

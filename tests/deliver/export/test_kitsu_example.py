@@ -6,13 +6,11 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 from threading import Thread
 
 from heatlens.fronts.commands.main import main
 from support.exports import write_plates
-
-MANUAL = Path(__file__).parents[3] / "app" / "MANUAL.md"
+from support.manual import page
 
 
 class KitsuHandler(BaseHTTPRequestHandler):
@@ -60,7 +58,7 @@ def kitsu_server() -> Iterator[tuple[str, list[dict[str, object]]]]:
 
 
 def test_kitsu_example_of_manual_posts_comment_with_frames(tmp_path):
-    (example,) = re.findall(r"```python\n(import json, sys\n.*?)```", MANUAL.read_text(), re.DOTALL)
+    (example,) = re.findall(r"```python\n(import json, sys\n.*?)```", page("edit"), re.DOTALL)
     source, out = write_plates(tmp_path / "p"), tmp_path / "sh010.####.exr"
     with kitsu_server() as (address, comments):
         script = tmp_path / "publish.py"

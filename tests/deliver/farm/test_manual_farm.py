@@ -10,16 +10,15 @@ import pytest
 
 from heatlens.media.documents.shot_file import write_shot
 from support.exports import export_shot, files_in, shot_of, write_plates
+from support.manual import page
 from support.slurm import BIN, Slurm, free_ports, why_no_slurm
 
-MANUAL = Path(__file__).parents[3] / "app" / "MANUAL.md"
 SCRIPTS = Path(distributed.__file__).parents[4] / "bin"  # of the packages, where they are elsewhere
 
 
 def manual_blocks() -> dict[str, str]:
     """Return the shell blocks of the manual by the folder that they write to."""
-    text = MANUAL.read_text().partition("### Beyond one machine")[2].partition("\n### ")[0]
-    shell_blocks = re.findall(r"```shell\n(.*?)```", text, re.DOTALL)
+    shell_blocks = re.findall(r"```shell\n(.*?)```", page("farm"), re.DOTALL)
     return {re.search(r"-o '?(\w+)/", block)[1]: block for block in shell_blocks}
 
 

@@ -60,4 +60,4 @@ def test_passages_are_rows_items_and_paragraphs_below_their_headings():
         "# A\n\nFirst [one](x.md).\n\n## B\n\n| a | b |\n| --- | --- |\n| `c` | d |\n\n- e\n- f\n"
     )
     found = [(it.place, it.text) for it in passages_of(page + "\n```\nno\n```\n")]
-    assert found == [("A", "First one."), ("B", "c: d"), ("B", "e"), ("B", "f")]
+    assert found == [("A", "First one."), ("A > B", "c: d"), ("A > B", "e"), ("A > B", "f")]

@@ -20,8 +20,8 @@ from heatlens.media.documents.shot_file import read_shot, write_shot
 from heatlens.media.plate.inspection import inspect
 from heatlens.media.plate.read import read_plate
 from support.exr_files import rgb, write_file
+from support.manual import page
 
-MANUAL = Path(__file__).resolve().parents[3] / "app" / "MANUAL.md"
 RAMP = np.linspace(0.25, 0.75, 24, dtype=np.float32).reshape(4, 6)
 ENDS = {"near_m": 1.0, "far_m": 5.0}
 CHOSEN = [c for c in DepthConvention if c is not DepthConvention.AUTO]
@@ -124,7 +124,7 @@ def test_plate_options_accept_names_of_enums():
 
 
 def test_manual_table_agrees_with_convention_facts():
-    rows = re.findall(r"^\| `([a-z-]+)` \| (.*) \| (.*) \| (.*) \|$", MANUAL.read_text(), re.M)
+    rows = re.findall(r"^\| `([a-z-]+)` \| (.*) \| (.*) \| (.*) \|$", page("depth"), re.M)
     manual_rows = {name: (meaning, ends, unit) for name, meaning, ends, unit in rows}
     for convention in DepthConvention:
         meaning, ends, unit = manual_rows[str(convention)]

@@ -10,13 +10,11 @@ import numpy as np
 from PIL import Image
 
 from support.browser import ServeProcess
-
-MANUAL = Path(__file__).parents[3] / "app" / "MANUAL.md"
+from support.manual import page
 
 
 def test_client_of_the_manual_pulls_focus_and_saves_pictures(tmp_path):
-    codes = re.findall(r"```python\n(.*?)```", MANUAL.read_text(encoding="utf-8"), re.DOTALL)
-    (code,) = (code for code in codes if "aiohttp" in code)
+    (code,) = re.findall(r"```python\n(.*?)```", page("protocol"), re.DOTALL)
     (tmp_path / "client.py").write_text(code)
     served = ServeProcess(tmp_path / "own", Path("assets/still_life.exr").absolute())
     try:

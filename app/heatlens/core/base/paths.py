@@ -143,9 +143,9 @@ def data_dir(name: str) -> Path:
 
 def manual_pages() -> tuple[Path, ...]:
     """Return the pages of the manual: in a wheel below the package, in a checkout beside it."""
-    folders = (_PACKAGE / "manual", _PACKAGE.parent, _PACKAGE.parent / "manual")
-    paths = (folder / name for name in ("options.md", "MANUAL.md") for folder in folders)
-    return tuple(path for path in paths if path.is_file())
+    folders = (_PACKAGE / "manual", _PACKAGE.parent / "manual")
+    pages = (path for folder in folders for path in folder.glob("*.md"))
+    return tuple(sorted(path for path in pages if path.name != "README.md"))  # the contents
 
 
 _NAME = "heatlens"

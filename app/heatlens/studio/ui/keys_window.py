@@ -52,12 +52,16 @@ class Section:
 
 def sections(commands: Sequence[Command], has_camera: bool) -> list[Section]:
     """Return the sections: the mouse, then each menu's shortcuts; `has_camera` adds gestures."""
+    of_menus = [Section(*of_menu) for of_menu in keys_by_menu(commands).items()]
+    return mouse_sections(has_camera) + of_menus
+
+
+def mouse_sections(has_camera: bool) -> list[Section]:
+    """Return what the mouse does; `has_camera` adds the gestures of a scene."""
     pan = _PAN_SCENE if has_camera else _PAN_PLATE
-    found_sections = [Section("Mouse", _MOUSE + pan)]
-    if has_camera:
-        found_sections.append(Section("Mouse in the scene", _MOUSE_OF_SCENE))
-    found_sections.append(Section("Mouse on the timeline", _MOUSE_OF_TIME))
-    return found_sections + [Section(*of_menu) for of_menu in keys_by_menu(commands).items()]
+    in_scene = [Section("Mouse in the scene", _MOUSE_OF_SCENE)] if has_camera else []
+    on_timeline = Section("Mouse on the timeline", _MOUSE_OF_TIME)
+    return [Section("Mouse", _MOUSE + pan), *in_scene, on_timeline]
 
 
 def distribute_in_columns(sections: Sequence[Section], count: int) -> list[list[Section]]:

@@ -61,8 +61,7 @@ def passages_of(page: str) -> Iterator[Passage]:
             headings = {it: heading for it, heading in headings.items() if it < level}
             headings[level] = text.lstrip("# ")
         elif text and not text.startswith("!["):
-            place = " > ".join(heading for it, heading in headings.items() if it > 1)
-            yield Passage(place or headings.get(1, ""), _plain(text))
+            yield Passage(" > ".join(headings.values()), _plain(text))
 
 
 def best_passages(passages: Iterable[Passage], question: str, most: int) -> Sequence[Passage]:
