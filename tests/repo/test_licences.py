@@ -11,7 +11,7 @@ import pytest
 from support.manual import page
 
 ROOT = Path(__file__).resolve().parents[2]
-_, _, MANUAL_SECTION = page("install").partition("\n## Licences\n")
+_, _, MANUAL_SECTION = page("start").partition("\n## Licences\n")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 USED = [extra for name, extra in PROJECT["optional-dependencies"].items() if name != "test"]
 NEEDED = sorted(

@@ -11,21 +11,29 @@ from support.commands import listed_commands
 from support.manual import CONTENTS, MADE_PAGES, MANUAL, manual_text, written_pages
 
 LINES_MOST = 200  # of a page
-WORDS_MOST = 30
+SENTENCE_MOST, PARAGRAPH_MOST, CELL_MOST = 30, 60, 40  # words
+README = MANUAL.parents[1] / "README.md"
 # A sentence ends at a full stop or colon before a capital letter, code, a link or bold text.
 _END = re.compile(r"(?<=[.!?:;])\s+(?=[A-Z`*\[(]|heatlens)")
 
 
-def sentences(text: str) -> list[str]:
-    """Return the sentences of the paragraphs and lists; tables, headings and code have none."""
+def paragraphs(text: str) -> list[str]:
+    """Return the paragraphs and items of lists; tables, headings, pictures and code are none."""
     text = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
-    blocks = re.split(r"\n\s*\n|\n(?=- )|\n(?=#)", text)
-    prose = [block for block in blocks if not block.lstrip().startswith(("|", "#", "!["))]
-    all_sentences = []
-    for block in prose:
-        words = re.sub(r"`[^`]*`", "Code", " ".join(block.split()))
-        all_sentences += _END.split(re.sub(r"\]\([^)]*\)", "]", words))
-    return [sentence for sentence in all_sentences if sentence]
+    blocks = re.split(r"\n\s*\n|\n(?=- )|\n(?=#)", re.sub(r"\]\([^)]*\)", "]", text))
+    return [it for it in blocks if it.strip() and not it.lstrip().startswith(("|", "#", "!["))]
+
+
+def cells(text: str) -> list[str]:
+    """Return the cells of all tables."""
+    rows = re.findall(r"^\|.*\|$", text, re.MULTILINE)
+    return [cell for row in rows for cell in re.split(r"(?<!\\)\|", row)]
+
+
+def sentences(text: str) -> list[str]:
+    """Return the sentences of all paragraphs, in which a word stands for each piece of code."""
+    words = (re.sub(r"`[^`]*`", "Code", " ".join(it.split())) for it in paragraphs(text))
+    return [sentence for it in words for sentence in _END.split(it) if sentence]
 
 
 def test_sentences_splits_paragraphs_and_lists():
@@ -34,10 +42,12 @@ def test_sentences_splits_paragraphs_and_lists():
     assert found_sentences == ["- One Code here.", "Two lines.", "- Three: four;", "Five."]
 
 
-def test_manual_has_no_sentence_above_30_words():
-    all_sentences = sentences(manual_text())
-    assert len(all_sentences) > 100
-    assert not [sentence for sentence in all_sentences if len(sentence.split()) > WORDS_MOST]
+def test_readme_and_manual_have_short_sentences_paragraphs_and_cells():
+    all_pages = README.read_text(encoding="utf-8") + manual_text()
+    assert len(sentences(all_pages)) > 300
+    assert not [it for it in sentences(all_pages) if len(it.split()) > SENTENCE_MOST]
+    assert not [it for it in paragraphs(all_pages) if len(it.split()) > PARAGRAPH_MOST]
+    assert not [it for it in cells(all_pages) if len(it.split()) > CELL_MOST]
 
 
 def test_every_page_is_in_the_contents_and_short():

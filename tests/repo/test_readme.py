@@ -135,7 +135,7 @@ def test_documented_commands_run_in_order(tmp_path, monkeypatch, capsys):
 
 
 def test_manual_lists_all_exit_codes():
-    table = page("commands").partition("| exit code |")[2].partition("\n\n")[0]
+    table = page("messages").partition("| exit code |")[2].partition("\n\n")[0]
     codes = [code for row in table.splitlines()[2:] for code in row.split("|")[1].split(",")]
     assert {int(code) for code in codes} == {0, 1, 2, 70, 130, 141, 143}
 

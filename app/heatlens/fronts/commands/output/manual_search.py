@@ -30,6 +30,7 @@ _STOP_WORDS = frozenset(
     "a an and at do for from how i in is it my of on or the to what with".split()
 )
 _HEADS = re.compile(r"^\|.*\n\| ---.*$", re.MULTILINE)  # of tables
+_INTRODUCTION = re.compile(r"^\| You have \|.*\n(?:\|.*\n)*", re.MULTILINE)  # is one passage
 _BLOCKS = re.compile(r"\n\s*\n|\n(?=- )|\n(?=\|)|\n(?=#)")
 
 
@@ -43,17 +44,22 @@ class Passage:
     @cached_property
     def words(self) -> dict[str, float]:
         """How much each word weighs in it."""
-        names = " ".join(re.findall(r"\*\*.+?\*\*|--[\w-]+", self.text)) + " " + self.place
+        title, _, sections = self.place.partition(" > ")
+        names = " ".join(re.findall(r"\*\*.+?\*\*|--[\w-]+", self.text)) + " " + sections
         options = re.findall(r"--([a-z]+)(?![\w-])", self.text)
-        weights = dict.fromkeys(_words_in(self.text), 1.0)
+        weights = dict.fromkeys(_words_in(f"{title} {self.text}"), 1.0)
         weights |= dict.fromkeys(_words_in(names), _NAME_WEIGHT)
         return weights | dict.fromkeys(options, _OPTION_WEIGHT)
 
 
 def passages_of(page: str) -> Iterator[Passage]:
-    """Yield the passages of a page in Markdown; code, pictures and heads of tables are none."""
+    """Yield the passages of a page in Markdown; code, pictures and heads of tables are none.
+
+    The table at its beginning, which says what a user has and wants, is one passage.
+    """
     headings: dict[int, str] = {}
     text_only = _HEADS.sub("\n", re.sub(r"```.*?```", "", page, flags=re.DOTALL))
+    text_only = _INTRODUCTION.sub(lambda rows: rows[0].replace("|\n|", ";"), text_only)
     for block in _BLOCKS.split(text_only):
         text = " ".join(block.split())
         level = len(text) - len(text.lstrip("#"))
