@@ -7,7 +7,7 @@ from manual_keys import PAGE as KEY_PAGE
 from manual_keys import key_page
 from manual_options import PAGE as OPTION_PAGE
 from manual_options import option_page
-from support.commands import listed_commands
+from support.commands import listed_commands, listed_settings
 from support.manual import CONTENTS, MADE_PAGES, MANUAL, manual_text, written_pages
 
 LINES_MOST = 200  # of a page
@@ -70,7 +70,9 @@ def test_panels_mentioned_in_manual_have_a_picture():
 
 def test_page_of_keys_is_that_of_the_commands():
     """Run `python tests/manual_keys.py` after a change of a command or a key."""
-    assert KEY_PAGE.read_text(encoding="utf-8") == key_page(listed_commands())
+    assert KEY_PAGE.read_text(encoding="utf-8") == key_page(
+        (*listed_commands(), *listed_settings())
+    )
 
 
 def test_page_of_options_is_that_of_the_command_line():

@@ -2,11 +2,14 @@
 
 import pytest
 
-from heatlens.core.base.paths import manual_pages
+from heatlens.core.base.manual_search import (
+    Passage,
+    best_passages,
+    manual_passages,
+    passages_of,
+)
 from heatlens.fronts.commands.main import main
-from heatlens.fronts.commands.output.manual_search import Passage, best_passages, passages_of
 
-PASSAGES = [it for page in manual_pages() for it in passages_of(page.read_text("utf-8"))]
 PROBES = {
     "overwrite": "--overwrite",
     "faster": "--proxy",
@@ -31,7 +34,7 @@ PROBES = {
 
 @pytest.mark.parametrize("question", PROBES)
 def test_answer_is_among_first_five_hits(question):
-    hits = best_passages(PASSAGES, question, 5)
+    hits = best_passages(manual_passages(has_references=True), question, 5)
     assert any(PROBES[question] in hit.text for hit in hits), [hit.text[:80] for hit in hits]
 
 

@@ -13,18 +13,18 @@ def is_open() -> bool:
     return imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
 
 
-def test_question_mark_and_escape_close_the_keys_window(gui):
-    for close, shift in ((K.slash, True), (K.escape, False)):
-        gui.key(K.slash, shift=True)
+def test_f1_and_escape_close_the_keys_window(gui):
+    for close in (K.f1, K.escape):
+        gui.key(K.f1)
         gui.frame(3)
         assert gui.ui.shows_keys and is_open()
-        gui.key(close, shift=shift)
+        gui.key(close)
         gui.frame(2)
         assert not gui.ui.shows_keys and not is_open()
 
 
 def test_shortcuts_do_nothing_while_the_keys_window_is_open(gui):
-    gui.key(K.slash, shift=True)
+    gui.key(K.f1)
     gui.frame(3)
     shot, view = gui.session.facts.shot, gui.session.facts.view
     for key in (K.w, K.p, K.e, K.o, K.q, K.right_bracket, K.space):

@@ -94,7 +94,7 @@ def test_actions_have_unique_names_and_keys():
 @pytest.mark.parametrize(
     ("name", "shortcut"),
     [
-        *(("Undo", "Ctrl+Z"), ("Redo", "Ctrl+Shift+Z"), ("Keys", "?"), ("1:1", "1")),
+        *(("Undo", "Ctrl+Z"), ("Redo", "Ctrl+Shift+Z"), ("Keys", "F1"), ("1:1", "1")),
         *(("Zoom in", "+"), ("Save shot", "Ctrl+S"), ("Save picture...", "Ctrl+Shift+E")),
     ],
 )
@@ -213,6 +213,16 @@ def test_click_in_the_palette_runs_the_action(gui):
     assert not gui.session.facts.view.depth_of_field
 
 
+def test_question_mark_opens_the_palette_that_searches_the_manual(gui):
+    gui.key(K.slash, shift=True)
+    gui.frame(3)
+    gui.type("hyperfocal")
+    assert "page The window" in gui.drawn
+    gui.key(K.escape)
+    gui.frame(2)
+    assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+
+
 def test_letters_typed_in_the_palette_run_no_shortcuts(gui):
     gui.key(K.p, ctrl=True, shift=True)
     gui.frame(3)
@@ -222,12 +232,12 @@ def test_letters_typed_in_the_palette_run_no_shortcuts(gui):
     assert visible_state(gui) == before
 
 
-def test_question_mark_toggles_the_keys_window(gui):
-    gui.key(K.slash, shift=True)
+def test_f1_toggles_the_keys_window(gui):
+    gui.key(K.f1)
     gui.frame(3)
     assert gui.ui.shows_keys
     assert imgui.internal.find_window_by_name("Keys").active
-    gui.key(K.slash, shift=True)
+    gui.key(K.f1)
     gui.frame(3)
     assert not gui.ui.shows_keys
     assert not imgui.internal.find_window_by_name("Keys").active

@@ -4,10 +4,9 @@ import argparse
 import textwrap
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import manual_pages
+from heatlens.core.base.manual_search import Passage, best_passages, manual_passages
 from heatlens.core.model.option import suggest_similar
 from heatlens.fronts.commands.command_table import COMMANDS
-from heatlens.fronts.commands.output.manual_search import Passage, best_passages, passages_of
 
 DESCRIPTION = """\
 Searches the manual, which needs no network, and prints the options, keys and sections that fit
@@ -29,8 +28,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the passages that fit the words best. Raises InputError if there are none."""
-    passages = [it for page in manual_pages() for it in passages_of(page.read_text("utf-8"))]
-    hits = best_passages(passages, " ".join(args.words), _MOST_HITS)
+    hits = best_passages(manual_passages(has_references=True), " ".join(args.words), _MOST_HITS)
     if not hits:
         raise InputError(
             f"There is no command and nothing in the manual about {' '.join(args.words)!r}."
@@ -42,5 +40,5 @@ def run(args: argparse.Namespace) -> int:
 
 def _text_of(passage: Passage) -> str:
     """Return a passage as it is printed: where it stands, and its beginning."""
-    text = textwrap.shorten(passage.text, _MOST_CHARACTERS, placeholder=" ...")
+    text = passage.shortened(_MOST_CHARACTERS)
     return f"{passage.place}\n{textwrap.indent(textwrap.fill(text, 96), '  ')}"

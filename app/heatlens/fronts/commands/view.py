@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Opens the window: click in the picture to focus, drag the aperture, compare, save. Without a plate
 it shows a start screen with the demo, the still life and recent files. Lens values that are not
-given here are taken from the plate's header, and can all be changed in the window. `?` there shows
+given here are taken from the plate's header, and can all be changed in the window. `F1` there shows
 the keys. The window remembers recent files, the plate options of each folder, colours and panels in
 the settings folder of the system, or in HEATLENS_CONFIG_DIR; options given here take precedence.
 Rendered frames are kept in the cache folder of the system, or in HEATLENS_CACHE_DIR.

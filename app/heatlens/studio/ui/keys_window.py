@@ -126,8 +126,7 @@ def _keys_width(section: Section) -> float:
 
 def _is_key_pressed_again() -> bool:
     """Return True if the key that opened the window was pressed again."""
-    slash = imgui.is_key_pressed(imgui.Key.slash, False) and imgui.get_io().key_shift
-    return bool(slash) and not imgui.is_window_appearing()
+    return imgui.is_key_pressed(imgui.Key.f1, False) and not imgui.is_window_appearing()
 
 
 def _draw_columns(columns: Sequence[Sequence[Section]]) -> None:

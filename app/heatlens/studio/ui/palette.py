@@ -1,13 +1,17 @@
-"""Draw the command palette, in which the user finds a command by typing parts of its name."""
+"""Draw the command palette: typed words find commands, settings and passages of the manual."""
 
 from collections.abc import Sequence
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.core.base.manual_search import Passage, best_passages, manual_passages
 from heatlens.studio.board.command import Command
 from heatlens.studio.ui import rects, texts, topmost, widgets
 
 _TITLE = "Find a command"
+_MOST_PASSAGES = 6
+_MOST_CHARACTERS = 240  # of a passage that is shown
+_LEAST_TYPED = 3  # characters before the manual is searched
 
 
 def matches(command: Command, words: str) -> bool:
@@ -22,6 +26,7 @@ class Palette:
     def __init__(self) -> None:
         self._is_opening = False
         self._text = ""
+        self._passages: Sequence[Passage] = ()  # of the manual, about the text
         self._selected_row = 0
         self._has_moved = False  # whether the selected row changed in this frame
 
@@ -33,6 +38,7 @@ class Palette:
     def open(self) -> None:
         """Open the palette in the next frame."""
         self._is_opening, self._text, self._selected_row = True, "", 0
+        self._passages = ()
 
     def draw(self, commands: Sequence[Command]) -> Command | None:
         """Draw the palette if open; return the command that was chosen, which may be barred."""
@@ -42,7 +48,7 @@ class Palette:
         em = imgui.get_font_size()
         middle = ImVec2(screen.get_center().x, screen.pos.y + 4 * em)
         imgui.set_next_window_pos(middle, imgui.Cond_.appearing, ImVec2(0.5, 0.0))
-        imgui.set_next_window_size(ImVec2(30 * em, 22 * em))
+        imgui.set_next_window_size(ImVec2(36 * em, 26 * em))
         if not imgui.begin_popup(_TITLE):
             return None
         topmost.disable_key_navigation()
@@ -58,12 +64,16 @@ class Palette:
             imgui.set_keyboard_focus_here()
             self._is_opening = False
         imgui.set_next_item_width(-1)
-        has_changed, self._text = imgui.input_text_with_hint("##words", "what to do", self._text)
+        has_changed, self._text = imgui.input_text_with_hint(
+            "##words", "a command, a setting or a question", self._text
+        )
         matching = [command for command in commands if matches(command, self._text)]
         if (
             imgui.is_item_deactivated() and not matching
         ):  # Enter without a match: edit the text again
             imgui.set_keyboard_focus_here(-1)
+        if has_changed:
+            self._passages = self._find_passages()
         old_row, self._selected_row = self._selected_row, 0 if has_changed else self._selected_row
         self._move_selection(len(matching))
         self._has_moved = has_changed or self._selected_row != old_row
@@ -72,10 +82,27 @@ class Palette:
         for index, command in enumerate(matching):
             if self._draw_row(command, index == self._selected_row, command.why_not()):
                 picked_action = command
+        if self._passages:
+            self._draw_passages()
         imgui.end_child()
         if matching and imgui.is_key_pressed(imgui.Key.enter):
             picked_action = matching[self._selected_row]
         return picked_action
+
+    def _find_passages(self) -> Sequence[Passage]:
+        """Return what the manual says about the text, once it has enough characters."""
+        if len(self._text) < _LEAST_TYPED:
+            return ()
+        return best_passages(manual_passages(has_references=False), self._text, _MOST_PASSAGES)
+
+    def _draw_passages(self) -> None:
+        """Draw the passages of the manual below the commands."""
+        imgui.separator_text("In the manual")
+        for passage in self._passages:
+            imgui.text_disabled(passage.place)
+            rects.note(f"page {passage.place}")
+            imgui.text_wrapped(passage.shortened(_MOST_CHARACTERS))
+            widgets.spacer()
 
     def _move_selection(self, count: int) -> None:
         """Move the selection among `count` rows with the arrow keys."""

@@ -131,8 +131,9 @@ def _help(ui: UiState) -> Iterator[Command]:
     yield from in_group(
         *("Help", "help"),
         Command("Find a command...", ui.palette.open, "Ctrl+Shift+P"),
+        Command("Search the manual...", ui.palette.open, "?"),
         Command("Go to the menus", ui.open_menus, "F10", is_alone=True),
-        Command("Keys", partial(ui.toggle, "shows_keys"), "?", is_alone=True),
+        Command("Keys", partial(ui.toggle, "shows_keys"), "F1", is_alone=True),
     )
 
 

@@ -6,25 +6,18 @@ document frequency of K. Sparck Jones, 1972), and words of names, headings and b
 
 import math
 import re
+import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
+from heatlens.core.base.paths import manual_pages
+
+_REFERENCES = ("keys", "options")  # pages that are lists, made of the program's own records
 _NAME_WEIGHT = 3.0  # of a word in the name of an option, in a heading or in bold text
 _OPTION_WEIGHT = 5.0  # of the only word in the name of an option
 _FAMILIAR_LENGTH = 4  # letters that two words share if they are forms of one, such as fast, faster
 _LONGEST_ENDING = 3  # letters that may follow them
-# Words that users ask with, and those that the pages use for the same thing.
-_SYNONYMS = (
-    ("faster", "quick", "speed", "proxy"),
-    ("resume", "again", "missing"),
-    ("elsewhere", "folder", "moved"),
-    ("brighter", "glow", "highlight", "lift"),
-    ("gpu", "device", "driver"),
-    ("log", "report", "curve"),
-    ("single", "one"),
-    ("black", "inverse", "white"),
-)
 # Words that are too common to tell passages apart.
 _STOP_WORDS = frozenset(
     "a an and at do for from how i in is it my of on or the to what with".split()
@@ -41,6 +34,11 @@ class Passage:
     place: str
     text: str
 
+    def shortened(self, most: int) -> str:
+        """Return its beginning, of at most so many characters, without the signs of emphasis."""
+        plain = re.sub(r"(\*\*|\*)(\S[^*]*)\1", r"\2", self.text)
+        return textwrap.shorten(plain, most, placeholder=" ...")
+
     @cached_property
     def words(self) -> dict[str, float]:
         """How much each word weighs in it."""
@@ -50,6 +48,13 @@ class Passage:
         weights = dict.fromkeys(_words_in(f"{title} {self.text}"), 1.0)
         weights |= dict.fromkeys(_words_in(names), _NAME_WEIGHT)
         return weights | dict.fromkeys(options, _OPTION_WEIGHT)
+
+
+@cache
+def manual_passages(has_references: bool) -> tuple[Passage, ...]:
+    """Return the passages of all pages, with or without the lists of options and of commands."""
+    pages = (it for it in manual_pages() if has_references or it.stem not in _REFERENCES)
+    return tuple(passage for it in pages for passage in passages_of(it.read_text("utf-8")))
 
 
 def passages_of(page: str) -> Iterator[Passage]:
@@ -73,10 +78,9 @@ def passages_of(page: str) -> Iterator[Passage]:
 def best_passages(passages: Iterable[Passage], question: str, most: int) -> Sequence[Passage]:
     """Return the passages that fit a question best, the best one first; none if no word fits."""
     passages = list(passages)
-    alternatives = [_forms_of(word) for word in _words_in(question) if word not in _STOP_WORDS]
     scores = dict.fromkeys(passages, 0.0)
-    for forms in alternatives:
-        fits = {it: _weight_in(it, forms) for it in passages}
+    for word in (it for it in _words_in(question) if it not in _STOP_WORDS):
+        fits = {it: _weight_in(it, word) for it in passages}
         count = sum(weight > 0.0 for weight in fits.values())
         rarity = math.log((1 + len(passages)) / (1 + count))
         scores = {it: score + fits[it] * rarity for it, score in scores.items()}
@@ -97,23 +101,10 @@ def _words_in(text: str) -> list[str]:
     return re.findall(r"[a-z0-9]+", text.lower())
 
 
-def _forms_of(word: str) -> dict[str, float]:
-    """Return the words to look for in place of one, and what each counts."""
-    same = {other: 0.5 for group in _SYNONYMS if word in group for other in group}
-    return same | {word: 1.0}
-
-
-def _weight_in(passage: Passage, forms: dict[str, float]) -> float:
+def _weight_in(passage: Passage, word: str) -> float:
     """Return how much a passage has of a word: its heaviest word that is a form of it."""
-    return max(
-        (
-            weight * share
-            for word, weight in passage.words.items()
-            for form, share in forms.items()
-            if _is_form(word, form)
-        ),
-        default=0.0,
-    )
+    forms = (weight for other, weight in passage.words.items() if _is_form(other, word))
+    return max(forms, default=0.0)
 
 
 def _is_form(word: str, other: str) -> bool:
