@@ -96,7 +96,7 @@ def test_real_window_handles_chords_full_screen_and_second_window(
     window.until(partial(scale_is, preferences_file, 1.25), "the scale 1.25")
     assert json.loads(preferences_file.read_text())["layout_em"] == 15.0 * 1.25
     for _ in range(3):
-        toggle_twice(window, "key", "--delay", 0, "question")
+        toggle_twice(window, "key", "--delay", 0, "F1")
 
     # Words typed at once, to their end: a guide that the palette finds, and off again.
     screen_at_rest = window.rest()
