@@ -41,7 +41,9 @@ def key_page(commands: Sequence[Command]) -> str:
         if it.menu not in MENUS and it.name not in FORMER_PANELS
     ]
     return (
-        _HEAD + "".join(sections) + _section("Settings", ("setting", "where", "found by, too"), settings)
+        _HEAD
+        + "".join(sections)
+        + _section("Settings", ("setting", "where", "found by, too"), settings)
     )
 
 

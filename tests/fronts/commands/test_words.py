@@ -141,8 +141,7 @@ def test_unknown_option_without_similar_one_gets_no_suggestion(capsys):
 @pytest.mark.parametrize(
     ("typed", "means"),
     [
-        (["help"], ["--help"]),
-        (["help", "render"], ["render", "--help"]),
+        (["help", "render"], ["help", "render"]),
         (["version"], ["--version"]),
         (["-V"], ["-V"]),
         (["--quiet", "render", "p.exr"], ["render", "--quiet", "p.exr"]),

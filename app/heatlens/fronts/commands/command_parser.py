@@ -47,7 +47,17 @@ class _Parser(argparse.ArgumentParser):
     def __init__(self, *args: Any, **options: Any) -> None:
         """Make a parser with the options that all commands have."""
         super().__init__(*args, **options | {"add_help": False})
-        add_help_options(self)
+        if self.prog.count(" "):
+            add_help_options(self)
+        else:
+            self.add_argument(
+                "-h",
+                "--help",
+                action=_ProgramHelp,
+                nargs="*",
+                metavar="WORD",
+                help="print this, the help of a command, or what the manual says of other words",
+            )
         self.add_argument(
             "-q",
             "--quiet",
@@ -170,6 +180,17 @@ def _unquoted_pattern_message(files: Sequence[str]) -> str:
         f"{len(files)} files too many. Put a pattern in quotes, with # for digits: "
         f"'{suggested_pattern}'."
     )
+
+
+class _ProgramHelp(argparse.Action):
+    """Prints the help of the program, or what the command `help` says of the words after it."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *given: Any) -> None:
+        """Print the help and end; `given` are the namespace, the words and the option."""
+        if not given[1]:
+            parser.print_help()
+            parser.exit()
+        raise SystemExit(module_of("help").run(argparse.Namespace(words=given[1])))
 
 
 class _Completion(argparse.Action):

@@ -56,23 +56,14 @@ def module_of(name: str) -> ModuleType:
 def put_command_first(argv: Sequence[str]) -> list[str]:
     """Put the command first: `view` if none is named.
 
-    `help` or `--help` before a command becomes `--help` after it, and before other words the
-    command `help`, which searches the manual.
-
     Raises InputError for a misspelt command that is not a file.
     """
     words = list(argv)
     if not words:
         return ["view"]
-    first, other_words = words[0], words[1:]
-    if first in ("-h", "--help") and other_words and other_words[0][:1] != "-":
-        first, words = "help", ["help", *other_words]
-    if first == "help" and not other_words:
-        return ["--help"]
-    if first == "help" and other_words[0] in COMMANDS:
-        return [*other_words, "--help"]
+    first = words[0]
     if first in _QUIET_OPTIONS:
-        command, *command_words = put_command_first(other_words)
+        command, *command_words = put_command_first(words[1:])
         return [command, first, *command_words]
     if first in (*COMMANDS, *_PROGRAM_OPTIONS):
         return words

@@ -6,6 +6,7 @@ import textwrap
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.manual_search import Passage, best_passages, manual_passages
 from heatlens.core.model.option import suggest_similar
+from heatlens.fronts.commands.command_parser import build_parser
 from heatlens.fronts.commands.command_table import COMMANDS
 
 DESCRIPTION = """\
@@ -23,11 +24,19 @@ _MOST_CHARACTERS = 220  # of a passage that is printed
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the words."""
-    parser.add_argument("words", nargs="+", metavar="WORD", help="what to look for")
+    parser.add_argument("words", nargs="*", metavar="WORD", help="what to look for")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the passages that fit the words best. Raises InputError if there are none."""
+    """Print the help of a command, or the passages of the manual that fit the words best.
+
+    Without words it prints the help of the program. Raises InputError if nothing fits.
+    """
+    if not args.words:
+        build_parser(()).print_help()
+        return 0
+    if args.words[0] in COMMANDS:
+        build_parser(args.words[:1]).parse_args([*args.words, "--help"])  # ends the process
     hits = best_passages(manual_passages(has_references=True), " ".join(args.words), _MOST_HITS)
     if not hits:
         raise InputError(

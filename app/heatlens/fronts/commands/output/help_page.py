@@ -22,11 +22,11 @@ _COMMON_OPTIONS = frozenset(
 
 
 class HelpAction(argparse.Action):
-    """Prints the help of a command and ends; its value names a group of options."""
+    """Prints the help of a command and ends; its values name groups of options."""
 
     def __call__(self, parser: argparse.ArgumentParser, *words: Any) -> None:
-        """Print the help; `words` are the namespace, the name of the group and the option."""
-        print(page_of(parser, words[1] or self.const or ""), end="")
+        """Print the help; `words` are the namespace, the names of groups and the option."""
+        print(page_of(parser, *(words[1] or self.const or ())), end="")
         parser.exit()
 
 
@@ -36,33 +36,39 @@ def add_help_options(parser: argparse.ArgumentParser) -> None:
         "-h",
         "--help",
         action=HelpAction,
-        nargs="?",
+        nargs="*",
         metavar="GROUP",
         help="print the options that most users need, or those of a group",
     )
     parser.add_argument(
-        "--help-all", action=HelpAction, nargs=0, const=WHOLE, help="print all options"
+        "--help-all", action=HelpAction, nargs=0, const=(WHOLE,), help="print all options"
     )
 
 
-def page_of(parser: argparse.ArgumentParser, name: str = "") -> str:
-    """Return the help of a command: what most users need, all options, or those of a group.
+def page_of(parser: argparse.ArgumentParser, *names: str) -> str:
+    """Return the help of a command: what most users need, all options, or those of some groups.
 
     Exits with code 2 for a name that is none of its groups.
     """
     whole = parser.format_help()
-    if name == WHOLE or (not name and len(whole.splitlines()) <= _MOST_LINES):
+    if names == (WHOLE,) or (not names and len(whole.splitlines()) <= _MOST_LINES):
         return whole
-    if not name:
+    if not names:
         return _short_page(parser)
+    formatter = parser._get_formatter()
+    for name in names:
+        for group in _groups_called(name, parser):
+            _add_section(formatter, group.title, group.description, group._group_actions)
+    return formatter.format_help()
+
+
+def _groups_called(name: str, parser: argparse.ArgumentParser) -> Sequence[argparse._ArgumentGroup]:
+    """Return the groups of options with this word in their title; exit if there are none."""
     groups = [group for group in _option_groups(parser) if name.lower() in _words_of(group)]
     if not groups:
         names = ", ".join(_name_of(group) for group in _option_groups(parser))
         parser.error(f"--help: no group of options is called {name!r}; there are {names}")
-    formatter = parser._get_formatter()
-    for group in groups:
-        _add_section(formatter, group.title, group.description, group._group_actions)
-    return formatter.format_help()
+    return groups
 
 
 def _short_page(parser: argparse.ArgumentParser) -> str:
