@@ -64,7 +64,7 @@ def test_undo_item_names_its_step_and_is_gray_without_one(gui, monkeypatch):
 def test_no_other_actions_are_barred_for_a_plate(gui):
     barred = {action.name for action in gui.screen.commands if action.why_not()}
     nothing_yet = {"Undo", "Redo", "Record a pull"}  # a single frame has nothing to play
-    of_reels = {"Next shot", "Previous shot", "Grade of the shot"}
+    of_reels = {"Next shot", "Previous shot", "Leave the reel", "Grade of the shot"}
     assert barred - nothing_yet - of_reels == {*SCENE_ACTIONS, "Compare with accumulation"}
 
 

@@ -20,9 +20,9 @@ def test_all_tabs_fit_beside_the_front_tab(gui, name):
     assert bar.width_all_tabs <= bar.bar_rect.get_width()
 
 
-def test_reel_tab_is_hidden_for_a_plate(gui):
+def test_reel_strip_is_hidden_for_a_plate(gui):
     assert gui.session.files.reel.reel is None
-    reel = window("Reel")
+    reel = window("Reel strip")
     assert reel is None or not reel.active
     # A layout that did not know it would be thrown away.
     assert lists_all_panels(imgui.save_ini_settings_to_memory(), gui.ui.panels)

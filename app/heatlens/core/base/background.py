@@ -172,7 +172,9 @@ def _run_and_wake(
 
 
 def _complete_future(future: "Future[object]", job: Callable[[], object]) -> None:
-    """Run `job` and put its result, or its exception, into `future`."""
+    """Run `job` and put its result, or its exception, into `future`; skip a canceled one."""
+    if not future.set_running_or_notify_cancel():
+        return
     try:
         result = job()
     except BaseException as error:

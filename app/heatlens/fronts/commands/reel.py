@@ -6,16 +6,14 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.reel import Reel, ReelShot, shot_name, with_unique_names
+from heatlens.core.model.shot.reel import Reel, ReelShot
 from heatlens.fronts.commands.output.say import gather_messages, print_messages, print_result
 from heatlens.fronts.commands.reel_options import add_media_options, read_given_reel, refuse_blurred
 from heatlens.fronts.commands.shots.shot_new import add_shot_options, make_shot
 from heatlens.media.documents.reel_file import REEL_SUFFIX, is_reel, write_reel
 from heatlens.media.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot, write_shot
 from heatlens.media.files.atomic_file import make_folder
-from heatlens.media.plate.parts.header_read import read_color_header
-from heatlens.media.scene.scene_read import check_scene_files_exist
-from heatlens.render.source.named import has_camera, source_named
+from heatlens.render.source.reel_shots import reel_shots
 
 DESCRIPTION = """\
 Makes a reel, a small file with the names of shots in order, from an edit (.otio, .edl, .xml, .aaf)
@@ -66,22 +64,7 @@ def _make_reel(args: argparse.Namespace) -> Reel:
         reel = read_given_reel(args, first_source)
         refuse_blurred(first_source, reel)
         return reel
-    for text in args.sources:
-        _check_source(text)
-    shots = (ReelShot(shot_name(Path(text).name.split(".")[0]), text) for text in args.sources)
-    return Reel(args.output.name[: -len(REEL_SUFFIX)], with_unique_names(tuple(shots)))
-
-
-def _check_source(text: str) -> None:
-    """Raise InputError unless `text` names an existing shot file, scene or plate."""
-    if is_reel(text):
-        raise InputError(f"{text} is a reel or an edit itself: name it alone, or name shots.")
-    if is_shot_file(text):
-        read_shot(Path(text))
-    elif has_camera(text):
-        check_scene_files_exist(text)
-    elif (first_file := source_named(text).first_file) is not None:
-        read_color_header(first_file)
+    return Reel(args.output.name[: -len(REEL_SUFFIX)], reel_shots(args.sources))
 
 
 def _write_shot_file(args: argparse.Namespace, shot: ReelShot) -> ReelShot:

@@ -22,6 +22,7 @@ class Purpose:
     more: tuple[str, ...]  # suffixes in lower case, after those of the pictures
     note: str  # a line of explanation for the user
     is_save: bool = False
+    stays: bool = False  # the dialog stays open for another file
     pictures: Callable[[], tuple[str, ...]] = tuple  # suffixes of the pictures that it takes
 
     @property

@@ -28,6 +28,7 @@ SUBMENUS: dict[tuple[str, str], str] = {
     ("Lens", "numbered looks"): "Take look",
     ("Play", "go to"): "Go to",
     ("Play", "range"): "In and out",
+    ("Play", "reel"): "Reel",
     ("Animate", "moves"): "Selected keys",
     ("Animate", "interpolation"): "Interpolation",
     ("View", "zoom"): "Zoom",

@@ -49,6 +49,7 @@ def _file(session: Session) -> Iterator[Command]:
         *("Play", "reel"),
         Command("Next shot", partial(reel.step, 1), "Ctrl+Right", barred=barred),
         Command("Previous shot", partial(reel.step, -1), "Ctrl+Left", barred=barred),
+        Command("Leave the reel", reel.leave, barred=barred),
     )
 
 

@@ -198,3 +198,11 @@ class FileControl:
             documents,
             reel,
         )
+
+    @property
+    def window_title(self) -> str:
+        """The open shot of a reel, else the shot's file or the open file; a star for changes."""
+        title = self.documents.window_title
+        if not self.reel.title:
+            return title
+        return f"{self.reel.title}{' *' if title.endswith(' *') else ''}"

@@ -220,7 +220,7 @@ class FactsReader:
             frame=editing.frame,
             view=view.state,
             crop=time.scenes.size.crop,
-            title=self._files.documents.window_title,
+            title=self._files.window_title,
             message=self._messages.text,
             is_problem=self._messages.is_problem,
             played=time.timeline.played,

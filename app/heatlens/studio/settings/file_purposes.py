@@ -2,7 +2,7 @@
 
 from heatlens.media.color.grade_file import GRADE_SUFFIXES
 from heatlens.media.documents.frame_line_file import FDL_SUFFIX
-from heatlens.media.documents.reel_file import REEL_SUFFIXES
+from heatlens.media.documents.reel_file import REEL_SUFFIX, REEL_SUFFIXES
 from heatlens.media.documents.shot_file import SHOT_SUFFIX
 from heatlens.media.files.picture_formats import MOVIES_READ, suffixes_read, suffixes_written
 from heatlens.media.scene.scene_read import SCENE_SUFFIXES
@@ -18,6 +18,15 @@ PURPOSES = {
             (*MOVIES_READ, *SCENE_SUFFIXES, *REEL_SUFFIXES),
             "# stands for the frame number.   A scene is a .glb, .gltf, .obj, .ply or .usd file.",
             pictures=suffixes_read,
+        ),
+        Purpose(
+            "reel shot",
+            "Add shots to the reel",
+            "Add",
+            (*MOVIES_READ, *SCENE_SUFFIXES, SHOT_SUFFIX),
+            "Shots, plates and scenes, one after the other; Escape when all are there.",
+            pictures=suffixes_read,
+            stays=True,
         ),
         Purpose(
             "depth",
@@ -109,6 +118,14 @@ PURPOSES = {
             "Write",
             (".html", ".pdf"),
             "Keys with picture, timecode, mark and distances; a table (.csv) is written beside it.",
+            is_save=True,
+        ),
+        Purpose(
+            "save reel",
+            "Save the reel",
+            "Save",
+            (REEL_SUFFIX,),
+            "The shots in their order. Shots with changes and no file are saved beside it.",
             is_save=True,
         ),
         Purpose("shot", "Open a shot", "Open", (SHOT_SUFFIX,), "A shot and its plate."),

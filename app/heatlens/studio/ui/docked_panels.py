@@ -22,7 +22,8 @@ from heatlens.studio.ui.panels.looks_panel import LookStills, looks_panel
 from heatlens.studio.ui.panels.marks_panel import mark_buttons, marks_panel
 from heatlens.studio.ui.panels.opening_panel import opening_panel
 from heatlens.studio.ui.panels.plan_panel import PlanPanel
-from heatlens.studio.ui.panels.reel_panel import ReelStills, reel_panel
+from heatlens.studio.ui.panels.reel_stills import ReelStills
+from heatlens.studio.ui.panels.reel_strip import ReelStrip, StripButtons
 from heatlens.studio.ui.panels.rendering_panel import rendering_panel, speed_rows
 from heatlens.studio.ui.panels.ring_panel import ring_panel
 from heatlens.studio.ui.panels.scene_panel import scene_panel
@@ -33,14 +34,15 @@ from heatlens.studio.ui.rects import listening
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.timeline.dope_sheet import lens_dots
 from heatlens.studio.ui.timeline.panel import timeline_panel
+from heatlens.studio.ui.window_commands import save_reel
 
 # Panels that are empty until a picture is open, and the flags of windows that have any.
 _PICTURE_PANELS = ("Lens", "Marks", "Looks", "Export")
 # Six tabs stand side by side in the column, without room for crosses: the Window menu closes them.
-_CLOSED_BY_TAB = ("Reel", "Timeline")
+_CLOSED_BY_TAB = ("Timeline",)
 _FLAGS = {
     "Source": imgui.WindowFlags_.no_focus_on_appearing,
-    "Reel": imgui.WindowFlags_.no_focus_on_appearing,
+    "Reel strip": imgui.WindowFlags_.no_focus_on_appearing,
     "Timeline": imgui.WindowFlags_.no_scroll_with_mouse | imgui.WindowFlags_.no_focus_on_appearing,
 }
 
@@ -59,6 +61,9 @@ class DockedPanels:
         self._hovered: tuple[int, int] | None = None
         self._examined_source: str | None = None  # the source whose depth was looked at for doubts
         self._reel_stills = ReelStills(board, session.pictures, screen)
+        buttons = StripButtons(partial(ui.dialogs.ask, "reel shot"), partial(save_reel, ui))
+        self._had_reel = False
+        self._reel_strip = ReelStrip(ui.files, self._reel_stills, buttons)
         self.stills = LookStills(board, session.pictures)
 
     def draw(self, hovered: tuple[int, int] | None, pictures: Pictures | None) -> None:
@@ -74,16 +79,20 @@ class DockedPanels:
             "Display": self._draw_display,
             "Export": self._draw_export,
             "Source": self._draw_source,
-            "Reel": partial(reel_panel, self._ui.files, self._board.facts.unit, self._reel_stills),
+            "Reel strip": partial(self._reel_strip.draw, self._board.facts.unit),
             "Timeline": partial(
                 timeline_panel, self._time, self._ui.timeline, self._board.facts.unit
             ),
         }
+        has_reel = self._ui.files.reel.reel is not None
+        if has_reel and not self._had_reel:
+            self._ui.panels["Reel strip"] = True
+        self._had_reel = has_reel
         for name, draw in panels.items():
             if self._is_shown(name):
                 if name == "Looks":
                     self.stills.take_thumbnail(pictures)
-                if name == "Reel":
+                if name == "Reel strip":
                     self._reel_stills.begin(self._ui.files, pictures)
                 self._draw_panel(name, draw)
         self._show_doubtful_source()
@@ -104,7 +113,7 @@ class DockedPanels:
             return self._ui.is_timeline_shown
         has_content = {
             "Source": not self._ui.files.start_choices.is_nothing_open,
-            "Reel": self._ui.files.reel.reel is not None,
+            "Reel strip": self._ui.files.reel.reel is not None,
         }
         return self._ui.panels[name] and has_content.get(name, True)
 

@@ -21,6 +21,7 @@ PICTURE_ALONE = "Picture alone"
 _PANEL_EM = 24.8  # width of the column of panels, with six tabs side by side
 _MAX_COLUMN_SHARE, _MAX_TIMELINE_SHARE = 0.45, 0.54  # largest shares of the window
 _TIMELINE_EM, _CURVE_EM = 16.5, 25.2  # height of the timeline under the picture; with a curve
+_STRIP_EM, _MAX_STRIP_SHARE = 5.6, 0.13  # height of the strip of a reel; with its largest share
 _MAX_CURVE_SHARE = 0.5  # largest share of the window that the timeline grows to for the curve
 _OTHER_PANELS = (
     "This version has other panels, so they begin in their first places: arrange them again."
@@ -180,12 +181,17 @@ def _arrange(dock: int, size: ImVec2) -> None:
         _MAX_TIMELINE_SHARE, _TIMELINE_EM * imgui.get_font_size() / max(size.y, 1.0)
     )
     _, below, centre = docking.dock_builder_split_node_py(centre, imgui.Dir.down, timeline_share)
+    strip_share = min(_MAX_STRIP_SHARE, _STRIP_EM * imgui.get_font_size() / max(size.y, 1.0))
+    _, strip, centre = docking.dock_builder_split_node_py(
+        centre, imgui.Dir.down, strip_share / (1.0 - timeline_share)
+    )
     docking.dock_builder_dock_window(PICTURE, centre)
-    for name in ("Timeline", "Reel"):
-        docking.dock_builder_dock_window(name, below)
+    docking.dock_builder_dock_window("Timeline", below)
+    docking.dock_builder_dock_window("Reel strip", strip)
     for name in ("Lens", "Marks", "Looks", "Display", "Export", "Source"):
         docking.dock_builder_dock_window(name, right)
-    _set_flag(centre, docking.DockNodeFlagsPrivate_.no_tab_bar)
+    for node in (centre, strip):
+        _set_flag(node, docking.DockNodeFlagsPrivate_.no_tab_bar)
     for node in (right, below):  # each tab has its own close button
         _set_flag(node, docking.DockNodeFlagsPrivate_.no_close_button)
     docking.dock_builder_finish(dock)

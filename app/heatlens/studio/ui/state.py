@@ -106,7 +106,7 @@ class UiScale:
 
 
 # The names of the panels on their tabs and in the menu.
-PANELS = ("Lens", "Marks", "Looks", "Display", "Export", "Source", "Reel", "Timeline")
+PANELS = ("Lens", "Marks", "Looks", "Display", "Export", "Source", "Reel strip", "Timeline")
 _LARGE_SCREEN_PX = 3000  # width from which text of the usual size may be too small
 _UPDATE_S = 0.25  # longest delay before the timeline shows newly read frames
 

@@ -247,7 +247,7 @@ class Loop:
         """Set the window title to the name of the open source, once it is shown."""
         session = self._session
         if session.pictures.live.output is not None and session.source.plate is not None:
-            name = session.files.documents.window_title
+            name = session.files.window_title
             title = f"{export_title(session.files.exports.run.state)}{name} - heatlens"
             if title != self._title:
                 self._title = title
@@ -269,7 +269,7 @@ class Loop:
         """Open the files that a later command line named, and bring the window to the front."""
         if names:
             self._pace.note_event()
-            self._session.files.commands.open_dropped(names)
+            self._session.files.commands.open_named(names)
             if glfw.get_window_attrib(self._window, glfw.ICONIFIED):
                 glfw.restore_window(self._window)
             glfw.focus_window(self._window)

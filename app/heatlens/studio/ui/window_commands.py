@@ -35,6 +35,10 @@ def _file(ui: UiState) -> Iterator[Command]:
     yield from in_group(
         *("File", "open"),
         dialog("Open...", "open", "Ctrl+O", _FIRST_TO_OPEN),
+        replace(
+            Command("New reel", partial(_new_reel, ui), before=_FIRST_TO_OPEN),
+            synonyms=("cut", "sequence of shots", "playlist"),
+        ),
         dialog("Open reference...", "reference", "Ctrl+Shift+O", _FIRST_TO_OPEN),
         replace(
             dialog("Add clean plate...", "behind", before=_FIRST_TO_OPEN),
@@ -77,6 +81,9 @@ def _boxes(ui: UiState) -> Iterator[Command]:
     """Yield the commands that open a box over the window."""
     yield from in_group(
         "Play", "frames", Command("Rendered frames...", ui.timeline.open_frames_popup)
+    )
+    yield from in_group(
+        "Play", "reel", Command("Save reel...", partial(save_reel, ui), before="Leave the reel")
     )
     pull = Command("Pull focus...", ui.open_pull, "Shift+M", before="Reverse the pull")
     yield from in_group("Animate", "marks", pull)
@@ -141,6 +148,18 @@ def _save_shot(ui: UiState) -> None:
     """Save the shot to its file, or ask for a file name if it has none."""
     if not ui.files.documents.save():
         ui.dialogs.ask("save shot")
+
+
+def _new_reel(ui: UiState) -> None:
+    """Begin a reel with the open shot; if nothing is open, ask for its shots."""
+    if not ui.files.commands.reel_editing.begin():
+        ui.dialogs.ask("reel shot")
+
+
+def save_reel(ui: UiState) -> None:
+    """Save the reel to its file, or ask for a file name if it has none."""
+    if not ui.files.commands.reel_editing.save():
+        ui.dialogs.ask("save reel")
 
 
 def _show_speed(ui: UiState) -> None:

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from heatlens.core.base.errors import InputError
@@ -133,6 +134,19 @@ class Reel:
                 raise InputError(f"A gap of a reel has at least one frame, got {frames}.")
         length = sum(shot.count for shot in self.shots) + sum(count for _, count in self.gaps)
         check_cut_length(length, f"The reel {self.name}")
+
+    def with_shots(self, shots: Iterable[ReelShot]) -> "Reel":
+        """Return the reel with other shots, or with its own in another order.
+
+        Empty frames before a shot stay before it, and those after the last one at the end. A new
+        shot whose name is taken gets a number. Raises InputError if no shot is left.
+        """
+        new_shots, gaps = with_unique_names(tuple(shots)), dict(self.gaps)
+        gap_before = {shot.name: gaps.get(number, 0) for number, shot in enumerate(self.shots)}
+        lengths = [gap_before.get(shot.name, 0) for shot in new_shots]
+        lengths.append(gaps.get(len(self.shots), 0))
+        new_gaps = tuple((number, length) for number, length in enumerate(lengths) if length)
+        return replace(self, shots=new_shots, gaps=new_gaps)
 
     @property
     def missing_shots(self) -> tuple[ReelShot, ...]:

@@ -7,12 +7,14 @@ from pathlib import Path
 from heatlens.core.base.messages import Worker
 from heatlens.core.base.paths import folder_to_write_in, home_dir
 from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.media.documents.reel_file import REEL_SUFFIX, is_reel
 from heatlens.media.sequence.depth_files import pair_picture_with_depth
 from heatlens.media.sequence.folder_walk import ChosenFile
 from heatlens.render.source.opened import Opened
 from heatlens.studio.session.files.open_questions import DepthQuestion, NetworkQuestion
 from heatlens.studio.session.files.open_reel import OpenReel
 from heatlens.studio.session.files.plate_reading import PlateReading
+from heatlens.studio.session.files.reel_editing import ReelEditing
 from heatlens.studio.session.files.shot_documents import ShotDocuments
 from heatlens.studio.session.files.shot_versions import Version
 from heatlens.studio.session.lens.lens_imports import (
@@ -46,6 +48,7 @@ class FileCommands(Commands, Worker):
         self._documents, self._pictures = documents, pictures
         self._references, self._other_shot = references, other_shot
         self._reel = reel
+        self.reel_editing = ReelEditing(shared, reel, documents, self.open)
         self.reading = PlateReading(shared)
         self.no_depth = DepthQuestion(shared, self.open)
         self.unknown_network = NetworkQuestion(shared)
@@ -82,13 +85,23 @@ class FileCommands(Commands, Worker):
         self._source.opener.open(text, options, timing=self._command_line.timing_of(text))
 
     def open_dropped(self, names: Sequence[str]) -> None:
-        """Open a dropped picture with its depth file, if the names match; else the first file."""
+        """Add dropped files to the open reel; without one, open them as `open_named` does."""
+        is_for_reel = self._reel.reel is not None and not any(map(is_reel, names))
+        if is_for_reel and pair_picture_with_depth(names) is None:
+            self.reel_editing.add(names)
+        else:
+            self.open_named(names)
+
+    def open_named(self, names: Sequence[str]) -> None:
+        """Open a picture with its depth file, if two names match; several shots as a new reel."""
         pair = pair_picture_with_depth(names)
-        if pair is None:
+        if pair is not None:
+            picture, depth = pair
+            self.open(picture, replace(self.options_for(picture), depth_source=depth))
+        elif len(names) == 1 or self._reel.reel is not None:
             self.open(names[0])
-            return
-        picture, depth = pair
-        self.open(picture, replace(self.options_for(picture), depth_source=depth))
+        else:
+            self.reel_editing.add(names)
 
     def options_for(self, text: str) -> PlateOptions:
         """Return the plate options for `text`: from the command line, or remembered.
@@ -128,6 +141,8 @@ class FileCommands(Commands, Worker):
             self._notify("Nothing is open to save.")
         elif key == "behind" and not self.reading.is_possible:
             self._notify("Pictures behind belong to a plate, and none is open.")
+        elif key == "save reel" and self._reel.reel is None:
+            self._notify(self._reel.why_not)
         elif key == "save shot" and self._source.why_shown_once:
             self._notify(self._source.why_shown_once)
         else:
@@ -159,6 +174,8 @@ class FileCommands(Commands, Worker):
         plate = self._source.plate
         if key == "save shot":
             return self._documents.proposed_name()
+        if key == "save reel":
+            return f"cut{REEL_SUFFIX}"
         if key == "sheet" and plate is not None:
             return f"{plate.path.name.split('.')[0]}.pull.html"
         return f"{plate.path.stem}.dof.exr" if plate is not None else ""
@@ -171,6 +188,10 @@ class FileCommands(Commands, Worker):
         match key:
             case "open" | "shot":
                 self.open(str(path))
+            case "reel shot":
+                self.reel_editing.add([str(path)])
+            case "save reel":
+                self.reel_editing.save_as(path.absolute())
             case "compare shot":
                 self._other_shot.open(path)
             case "reference":
@@ -206,6 +227,7 @@ class FileCommands(Commands, Worker):
     def poll(self) -> None:
         """Continue requested work; call this once a frame."""
         self.reading.reread_after_undo()
+        self.reel_editing.poll()
         self._follow_stream()
         self.cameras.poll()
         self.grades.poll()

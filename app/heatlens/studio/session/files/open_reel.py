@@ -1,31 +1,27 @@
 """The reel of the session: a cut of which one shot is open, and the way to the others."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from heatlens.core.base.background import Background
-from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.core.base.errors import InputError
 from heatlens.core.base.messages import Worker
 from heatlens.core.model.shot.grade import Grade
-from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.reel import CutFocus, Reel, ReelShot
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.documents.edit_file import EditOptions
-from heatlens.media.documents.reel_file import is_reel, read_reel
-from heatlens.media.documents.shot_file import is_shot_file, read_shot
+from heatlens.media.documents.reel_file import is_reel
+from heatlens.studio.session.files.reel_reading import (
+    LoadedReel,
+    first_picture_of,
+    focus_of,
+    load_reel,
+)
 from heatlens.studio.session.files.shot_documents import ShotDocuments
 from heatlens.studio.session.files.shot_stills import FirstPicture, ShotStills, Still
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.playback import Playback
-
-
-@dataclass(frozen=True)
-class _LoadedReel:
-    path: Path
-    reel: Reel
-    focus: tuple[CutFocus, ...]
 
 
 class OpenReel(Commands, Worker):
@@ -44,10 +40,11 @@ class OpenReel(Commands, Worker):
     ) -> None:
         super().__init__(shared)
         self._documents, self._playback = documents, playback
-        self._reader: Background[_LoadedReel] = Background(self._wake)
+        self._reader: Background[LoadedReel] = Background(self._wake)
         self.path: Path | None = None
         self.reel: Reel | None = None
-        self.focus: tuple[CutFocus, ...] = ()  # of each shot, as read or as last left
+        self.saved: Reel | None = None  # the reel in the file
+        self._focus: dict[str, CutFocus] = {}  # of each shot by name, as read or as last left
         self.number = 0  # the number of the open shot
         self._folders: tuple[Path, ...] = ()  # where media are looked for too
         self._requested_shot: ReelShot | None = None  # the shot that is being opened
@@ -57,18 +54,59 @@ class OpenReel(Commands, Worker):
         self._stills = ShotStills(self._wake, frames_folder)
         self._read_ahead_number = -1  # the shot that was open when the next one was read ahead
 
+    @property
+    def title(self) -> str:
+        """The name of the reel, and which of its shots is open; "" if none is."""
+        if self.reel is None or not self.is_open:
+            return ""
+        shot = self.reel.shots[self.number]
+        return f"{self.name}, {self.number + 1} of {len(self.reel.shots)}: {shot.name}"
+
+    @property
+    def name(self) -> str:
+        """The name of the reel's file, with a star for unsaved changes."""
+        name = "New reel" if self.path is None else self.path.name
+        return f"{name} *" if self.reel != self.saved else name
+
+    def begin(self, reel: Reel) -> None:
+        """Begin a new reel without a file; this opens none of its shots."""
+        self._use(LoadedReel(None, reel, {}))
+
+    def leave(self) -> None:
+        """Leave the reel; its open shot stays open."""
+        self._leave_shot()
+        self.path = self.reel = self.saved = self._requested_shot = None
+
+    def change(self, reel: Reel, added_focus: Sequence[CutFocus] = ()) -> None:
+        """Use the changed reel; `added_focus` is the focus of its last shots.
+
+        The open shot stays open. If it is not in the reel any more, the next one is opened.
+        """
+        assert self.reel is not None
+        open_name = self.reel.shots[self.number].name
+        names = [shot.name for shot in reel.shots]
+        is_gone = open_name not in names
+        if is_gone:
+            self._leave_shot()
+        self.reel, self._read_ahead_number = reel, -1
+        self._focus |= dict(zip(reversed(names), reversed(added_focus), strict=False))
+        self.number = self.number - 1 if is_gone else names.index(open_name)
+        if is_gone and self._available_numbers:
+            self.number = self._next_number
+            self._open_shot(reel.shots[self.number])
+
     def try_open(self, text: str) -> bool:
         """Begin to open `text` if it is a reel or an edit, and return whether it is one."""
         if is_reel(text):
             self._folders = ()
-            self._reader.start(partial(_load_reel, Path(text).expanduser().absolute()))
+            self._reader.start(partial(load_reel, Path(text).expanduser().absolute()))
         return is_reel(text)
 
     def look_in(self, folder: Path) -> None:
         """Read the open reel again, and look for missing media in another folder too."""
         if self.path is not None:
             self._folders = (*self._folders, folder)
-            self._reader.start(partial(_load_reel, self.path, self._folders))
+            self._reader.start(partial(load_reel, self.path, self._folders))
 
     @property
     def why_not(self) -> str:
@@ -132,24 +170,32 @@ class OpenReel(Commands, Worker):
         self.number = number
         self._open_shot(shot)
 
+    def edited_shot(self, source: str) -> Shot | None:
+        """Return the shot of a source if it was edited and has no file; else None."""
+        if self._documents.has_unnamed_changes and source == self._editing.shot.source:
+            return self._editing.shot
+        return self._unsaved_shots.get(source)
+
     def focus_of(self, number: int) -> CutFocus:
         """Return the focus at both ends of a shot; for the open shot, as it is now."""
         is_current = (
             self.reel is not None and number == self.number and self._requested_shot is None
         )
         if is_current and self.reel is not None and self._source.plate is not None:
-            return _focus_of(self._editing.shot, self.reel.shots[number])
-        return self.focus[number]
+            return focus_of(self._editing.shot, self.reel.shots[number])
+        name = "" if self.reel is None else self.reel.shots[number].name
+        return self._focus.get(name, CutFocus())
 
     def still_of(self, number: int) -> Still | None:
         """Return a small picture of a shot; None until it is read, and if there is none."""
-        return self._stills.still(number, self._first_picture_function(number))
+        assert self.reel is not None
+        return self._stills.still(self.reel.shots[number], self._first_picture_function(number))
 
     def _first_picture_function(self, number: int) -> Callable[[], FirstPicture]:
         """Return the function that finds the first picture of a shot; for a thread."""
         assert self.reel is not None
         shot = self.reel.shots[number]
-        return partial(_first_picture_of, shot, self._preferences.options_for(shot.source))
+        return partial(first_picture_of, shot, self._preferences.options_for(shot.source))
 
     def _leave_shot(self) -> None:
         """Keep the focus of the open shot for the list, and save it if it has a file.
@@ -161,9 +207,8 @@ class OpenReel(Commands, Worker):
         shot = self._editing.shot
         if self._documents.has_unnamed_changes and shot.source is not None:
             self._unsaved_shots[shot.source] = shot
-        focus = list(self.focus)
-        focus[self.number] = self.focus_of(self.number)
-        self.focus = tuple(focus)
+        if self.reel is not None:
+            self._focus[self.reel.shots[self.number].name] = self.focus_of(self.number)
         if self._documents.path is not None and not self._documents.is_saved:
             self._documents.save()
 
@@ -219,17 +264,23 @@ class OpenReel(Commands, Worker):
         """Read no more stills."""
         self._stills.close()
 
-    def _begin_reel(self, loaded: _LoadedReel) -> None:
+    def _begin_reel(self, loaded: LoadedReel) -> None:
         """Use a reel that has been read, and open its first shot that has media."""
-        self.path, self.reel, self.focus = loaded.path, loaded.reel, loaded.focus
-        self._requested_shot, self._read_ahead_number = None, -1
-        self._unsaved_shots = {}
-        self._stills.clear()
-        self._preferences.remember_opened(str(loaded.path))
+        self._use(loaded)
         if not self._available_numbers:
             raise InputError(f"{loaded.path}: the media of all shots are missing.")
         self.number = self._available_numbers[0]
         self._open_shot(loaded.reel.shots[self.number])
+
+    def _use(self, loaded: LoadedReel) -> None:
+        """Use a reel, and nothing of the one before."""
+        self.path, self.reel, self._focus = loaded.path, loaded.reel, loaded.focus
+        self.saved = None if loaded.path is None else loaded.reel
+        self._requested_shot, self._read_ahead_number, self.number = None, -1, 0
+        self._unsaved_shots = {}
+        self._stills.clear()
+        if loaded.path is not None:
+            self._preferences.remember_opened(str(loaded.path))
 
     def _open_shot(self, shot: ReelShot) -> None:
         """Open a shot file or plates; plates that are open already only get another clip."""
@@ -245,38 +296,3 @@ class OpenReel(Commands, Worker):
         self._source.opener.open(
             shot.source, self._preferences.options_for(shot.source), first_frame
         )
-
-
-def _load_reel(path: Path, folders: tuple[Path, ...] = ()) -> _LoadedReel:
-    """Read a reel or an edit, with the focus at both ends of each shot."""
-    reel = read_reel(path, EditOptions(folders))
-    return _LoadedReel(path, reel, tuple(map(_focus_in_file, reel.shots)))
-
-
-def _first_picture_of(shot: ReelShot, options: PlateOptions) -> FirstPicture:
-    """Return source, plate options and first frame of a shot; source "" if its file is damaged."""
-    if not is_shot_file(shot.source):
-        return shot.source, options, None if shot.frames is None else shot.frames.first
-    try:
-        file_shot = read_shot(shot.source)
-    except HeatlensError:  # reported when the shot is opened
-        return "", options, None
-    frames = shot.frames or file_shot.played_frames
-    return file_shot.source or "", file_shot.plate_options, None if frames is None else frames.first
-
-
-def _focus_in_file(shot: ReelShot) -> CutFocus:
-    """Return the focus of a shot with a file; plates have none before they are opened."""
-    if not is_shot_file(shot.source):
-        return CutFocus()
-    try:
-        return _focus_of(read_shot(shot.source), shot)
-    except HeatlensError:  # reported when the shot is opened
-        return CutFocus()
-
-
-def _focus_of(shot: Shot, reel_shot: ReelShot) -> CutFocus:
-    """Return the focus at the first and the last frame of the cut."""
-    frames = reel_shot.frames or shot.played_frames
-    first, last = (0, 0) if frames is None else (frames.first, frames.last)
-    return CutFocus(shot.lens_at(first).focus_distance_m, shot.lens_at(last).focus_distance_m)

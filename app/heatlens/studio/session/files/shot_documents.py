@@ -1,6 +1,7 @@
 """Open, save and autosave the shot, and offer to recover unsaved changes after a crash."""
 
 import time
+from collections.abc import Callable
 from concurrent.futures import Future, wait
 from dataclasses import dataclass, replace
 from functools import partial
@@ -237,7 +238,7 @@ class ShotDocuments(Commands, Worker):
         folder = self._versions_folder
         if folder is not None:
             keep = partial(keep_version, folder, shot, is_save, time.time())
-            self._track_write(self.store.write(keep))
+            self.write(keep)
 
     def write_preferences(self) -> None:
         """Begin to write changed preferences on the thread that writes the shots.
@@ -246,7 +247,7 @@ class ShotDocuments(Commands, Worker):
         """
         saving = self._preferences.save_function()
         if saving is not None:
-            self._track_write(self.store.write(saving))
+            self.write(saving)
 
     def autosave_now(self) -> None:
         """Autosave at once, even during a gesture, and wait for the disk.
@@ -334,6 +335,10 @@ class ShotDocuments(Commands, Worker):
                 if str(error) != self._reported_problem:
                     self._notify(Problem(error))
                 self._reported_problem = str(error) if path is None else ""
+
+    def write(self, job: Callable[[], None]) -> None:
+        """Begin to call `job`, which writes a file, after all writes before it."""
+        self._track_write(self.store.write(job))
 
     def _track_write(self, future: Future[None]) -> None:
         self._writes.append((future, None))

@@ -1,7 +1,7 @@
 """Small pictures of the shots of a reel, made on a thread and kept beside the rendered frames."""
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
@@ -29,16 +29,16 @@ _FOLDER = "stills"
 
 
 # A still is read when its row is first seen, on a thread, and kept beside the rendered frames under
-# the content of its file. It keeps scene-linear light, see `ui/panels/reel_panel.py`.
+# the content of its file. It keeps scene-linear light, see `ui/panels/reel_stills.py`.
 class ShotStills:
-    """Stills of shots by their number, each read when it is first asked for."""
+    """Stills of shots by a key, such as the shot, each read when it is first asked for."""
 
     def __init__(self, wake: Callable[[], None], frames_folder: Path | None) -> None:
         """Keep stills in `frames_folder`, or only in memory if None; `wake` is called for each."""
         self._wake = wake
         self._store = DiskStore(frames_folder / _FOLDER, _KEPT_BYTES) if frames_folder else None
         self._threads = Threads("stills")
-        self._futures: dict[int, Future[Still | None]] = {}
+        self._futures: dict[Hashable, Future[Still | None]] = {}
 
     def clear(self) -> None:
         """Forget all stills, because another reel is open."""
@@ -46,16 +46,16 @@ class ShotStills:
             future.cancel()
         self._futures = {}
 
-    def still(self, number: int, find_first: Callable[[], FirstPicture]) -> Still | None:
+    def still(self, key: Hashable, find_first: Callable[[], FirstPicture]) -> Still | None:
         """Return the still of a shot, top row first; None until it is read or if there is none.
 
         `find_first` returns the first picture of the shot; it is called on the thread.
         """
-        if number not in self._futures:
+        if key not in self._futures:
             future = self._threads.submit(partial(_make_still, self._store, find_first))
             future.add_done_callback(lambda _: self._wake())
-            self._futures[number] = future
-        future = self._futures[number]
+            self._futures[key] = future
+        future = self._futures[key]
         return future.result() if future.done() and not future.cancelled() else None
 
     def close(self) -> None:

@@ -63,10 +63,12 @@ class FileDialogs:
         if is_visible:
             topmost.disable_key_navigation()
             chosen_file = self._draw_content(walk)
-            if chosen_file is not None or not is_kept_open or self.walk is None:
+            is_done = chosen_file is not None and not walk.purpose.stays
+            is_kept_open = is_kept_open and not is_done and self.walk is not None
+            if not is_kept_open:
                 imgui.close_current_popup()
             imgui.end_popup()
-        if chosen_file is not None or not is_visible or not is_kept_open:
+        if not is_visible or not is_kept_open:
             self.walk = None
         self._is_new = False
         return chosen_file
@@ -110,7 +112,7 @@ class FileDialogs:
         if not walk.purpose.is_save:
             _single_files(walk)
         _align_right(2)
-        if _browser_button("Cancel"):
+        if _browser_button("Done" if walk.purpose.stays else "Cancel"):
             self.walk = None
         imgui.same_line()
         with widgets.disabled(not walk.can_confirm):
