@@ -145,7 +145,8 @@ def test_failing_after_export_command_fails_export_but_keeps_frames(tmp_path, ca
 def test_edit_out_refers_to_exported_frames(tmp_path, reel):
     out = tmp_path / "o" / "{shot}.####.exr"
     export(reel, out, "--handles", 1, "--edit-out", tmp_path / "new.otio")
-    from heatlens.media.documents.edit_file import EditOptions, read_edit
+    from heatlens.core.model.shot.reel import EditOptions
+    from heatlens.media.documents.edit_file import read_edit
 
     edit = read_edit(tmp_path / "new.otio", EditOptions())
     assert [shot.frames for shot in edit.shots] == [FIRST_RANGE, SECOND_RANGE]

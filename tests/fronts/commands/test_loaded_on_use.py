@@ -1,4 +1,4 @@
-"""Test that commands load only the modules of their source; loading dominates small renders."""
+"""Test that commands load only the modules that they use; loading dominates small renders."""
 
 import subprocess
 import sys
@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from support.command_line import ENVIRONMENT
+from support.exports import write_shot_file
 from support.exr_files import distances, rgb, write_file
 
 RUN = """
@@ -15,6 +16,20 @@ code = main(sys.argv[1:])
 print(*sys.modules, file=sys.stderr)
 sys.exit(code)
 """
+RENDERER = (
+    "heatlens.render.defocus",
+    "heatlens.render.frame_renderer",
+    "heatlens.render.gpu",
+    "heatlens.render.scene_gpu",
+    "moderngl",
+)
+RARE_PARTS = (
+    *("PIL", "fileseq", "heatlens.media.documents.edit_file", "heatlens.media.plate.behind"),
+    *("heatlens.media.plate.deep", "heatlens.media.plate.estimate.estimated_depth"),
+    *("heatlens.media.plate.neighbours.found", "heatlens.media.plate.mattes.cutout"),
+    *("heatlens.media.plate.picture.picture_open", "heatlens.media.plate.tracking"),
+    *("heatlens.media.scene.scene", "numpy.ma"),
+)
 READERS = (
     "heatlens.media.scene.gltf",
     "heatlens.media.scene.usd",
@@ -45,9 +60,19 @@ def test_render_of_plate_loads_no_scene_readers(plate, tmp_path):
     assert "importlib.metadata" not in modules  # reports of faults alone tell versions
 
 
-def test_info_of_plate_loads_no_scene_readers(plate):
+def parts_among(modules: set[str], parts: tuple[str, ...]) -> set[str]:
+    """Return the parts that are loaded, as a whole or one of their modules."""
+    return {part for part in parts if any(f"{name}.".startswith(f"{part}.") for name in modules)}
+
+
+def test_info_of_plate_loads_neither_renderer_nor_rare_parts(plate):
     modules = modules_loaded_by("info", plate)
-    assert not {name for name in modules if name.startswith(READERS)}
+    assert not parts_among(modules, (*READERS, *RENDERER, *RARE_PARTS))
+
+
+def test_shot_show_loads_no_renderer(tmp_path):
+    shot = write_shot_file(tmp_path)
+    assert not parts_among(modules_loaded_by("shot", "show", shot), (*READERS, *RENDERER))
 
 
 def test_info_of_obj_loads_only_mesh_reader(tmp_path):

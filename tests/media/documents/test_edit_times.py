@@ -9,8 +9,8 @@ from opentimelineio.opentime import RationalTime
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.reel import Reel
-from heatlens.media.documents.edit_file import EditOptions, read_edit, reel_of_timeline
+from heatlens.core.model.shot.reel import EditOptions, Reel
+from heatlens.media.documents.edit_file import read_edit, reel_of_timeline
 from heatlens.media.documents.edit_out import ExportedShot, write_edit
 from heatlens.media.sequence.names import NameForm
 from support.exports import shot_of

@@ -3,7 +3,8 @@
 import pytest
 
 from heatlens.core.base.errors import InputError
-from heatlens.media.documents.edit_file import EditOptions, read_edit
+from heatlens.core.model.shot.reel import EditOptions
+from heatlens.media.documents.edit_file import read_edit
 
 EVENT = "001  sh010    V     C        {} {} 01:00:00:00 {}\n"
 

@@ -11,8 +11,15 @@ from opentimelineio.opentime import RationalTime, TimeRange
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.grade import Grade
-from heatlens.core.model.shot.reel import Reel, ReelShot, Retime, shot_name, with_unique_names
-from heatlens.media.documents.edit_file import EditOptions, read_edit
+from heatlens.core.model.shot.reel import (
+    EditOptions,
+    Reel,
+    ReelShot,
+    Retime,
+    shot_name,
+    with_unique_names,
+)
+from heatlens.media.documents.edit_file import read_edit
 from heatlens.media.documents.edit_out import ExportedShot, write_edit
 from heatlens.media.documents.reel_file import is_reel, read_reel, write_reel
 from heatlens.media.sequence.names import NameForm

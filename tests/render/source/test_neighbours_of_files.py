@@ -10,9 +10,9 @@ import pytest
 import heatlens
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.fronts.commands.main import main
-from heatlens.media.frame_cache import sequence_reader
+from heatlens.media.frame_cache import neighbour_reader, sequence_reader
+from heatlens.media.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.media.frame_cache.plate_shelf import plate_bytes
-from heatlens.media.frame_cache.sequence_reader import NeighbourReader
 from heatlens.media.plate.read import read_plate
 from heatlens.media.sequence.sequence_search import find_sequence
 from heatlens.render.source.plate_source import PlateSource
@@ -103,11 +103,11 @@ def test_neighbour_reader_reads_each_plate_once_within_memory(dolly, monkeypatch
         plates(path_of(dolly, frame))
     paths = [path for path, *_ in calls]
     assert sorted(paths) == sorted(set(paths))
-    monkeypatch.setattr(sequence_reader, "_SHELF_BYTES", 2 * one_plate_bytes)
+    monkeypatch.setattr(neighbour_reader, "_SHELF_BYTES", 2 * one_plate_bytes)
     small_reader = NeighbourReader(PlateOptions(), find_sequence(dolly))
     for frame in ALL:
         small_reader(path_of(dolly, frame))
-        assert small_reader._plate_cache.plates.bytes_in_use <= sequence_reader._SHELF_BYTES
+        assert small_reader._plate_cache.plates.bytes_in_use <= neighbour_reader._SHELF_BYTES
 
 
 def test_neighbour_reader_rereads_changed_frame(tmp_path):

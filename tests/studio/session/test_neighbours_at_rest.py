@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.media.frame_cache.sequence_reader import NeighbourReader
+from heatlens.media.frame_cache.neighbour_reader import NeighbourReader
 from support.dolly_plates import FIRST, write_dolly
 from support.evening import run_until, run_until_settled, session_of
 

@@ -9,10 +9,9 @@ from PIL import Image
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.core.model.shot.reel import Reel, ReelShot
+from heatlens.core.model.shot.reel import EditOptions, Reel, ReelShot
 from heatlens.core.model.shot.shot import Shot
 from heatlens.deliver.farm.export_place import ExportPlace, Where
-from heatlens.media.documents.edit_file import EditOptions
 from heatlens.media.documents.reel_file import write_reel
 from heatlens.media.documents.shot_file import write_shot
 from heatlens.media.plate.estimate import trusted

@@ -2,15 +2,18 @@
 
 import re
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.paths import data_dir
 from heatlens.core.model.lens.lens import Lens, measured_text
 from heatlens.core.model.timecode import Timecode
 from heatlens.media.plate.plate import FloatImage, Plate
+
+if TYPE_CHECKING:  # few pictures get a burn-in
+    from PIL import ImageFont
 
 FIELDS = ("frame", "timecode", "focus", "f_stop", "shot")
 DEFAULT_TEMPLATE = "F {frame}   {timecode}   {focus}   f/{f_stop}   {shot}"
@@ -72,6 +75,8 @@ def draw_burn_in(display: FloatImage, text: str) -> FloatImage:
 
 def _text_strip(text: str, width: int, size: float) -> FloatImage:
     """Return `text` as a coverage mask (h, `width`) in 0..1: 1 in the letters, 0 around them."""
+    from PIL import Image, ImageDraw
+
     font = _font(size)
     needed_width = font.getlength(text) + 2 * size
     if needed_width > width:
@@ -84,11 +89,13 @@ def _text_strip(text: str, width: int, size: float) -> FloatImage:
 
 
 @cache
-def _font(size: float) -> ImageFont.FreeTypeFont:
+def _font(size: float) -> "ImageFont.FreeTypeFont":
     """Return a font that comes with heatlens, so that the text is the same on every machine.
 
     All of its characters are as wide as a space, so that numbers stand still from frame to frame.
     """
+    from PIL import ImageFont
+
     path = data_dir("assets") / "fonts" / "DejaVuSansMono.ttf"
     basic = ImageFont.Layout.BASIC
     return ImageFont.truetype(path, max(_LEAST_SIZE, size), layout_engine=basic)

@@ -9,9 +9,8 @@ from heatlens.core.model.shot.settings import DefocusSettings, Method, Quality
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.guides import NO_GUIDES, Guides
 from heatlens.core.model.view.view import DisplayOptions, check_exposure
-from heatlens.deliver.export.options import ExportOptions
+from heatlens.deliver.export.options import ExportOptions, PinholeOptions
 from heatlens.deliver.export.output import Output
-from heatlens.deliver.export.pinhole_plate import PinholeOptions
 from heatlens.media.color.view_transform import ViewTransform, srgb_transform
 from heatlens.media.files.json_record import read_json, record_to_json
 from heatlens.render.source.named import checked_source, has_camera

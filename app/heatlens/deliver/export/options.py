@@ -15,9 +15,22 @@ from heatlens.deliver.export.burn_in import DEFAULT_TEMPLATE
 
 FRAMES, EXR, LOOK = "frames", "EXR", "look"  # groups: options of all files, of EXR, of all others
 USUAL_COMPRESSION = "zip"
+AUTO_OVERSCAN = "auto"
 _frames, _exr, _look = (
     partial(option_field, group=group, label="") for group in (FRAMES, EXR, LOOK)
 )
+
+
+@dataclass(frozen=True)
+class PinholeOptions:
+    """The options of a plate of a scene.
+
+    overscan  pixels on every side; `AUTO_OVERSCAN` for as many as the lens needs; None for none
+    deep      True to include the surfaces behind the picture
+    """
+
+    overscan: int | str | None = None
+    deep: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,13 +1,14 @@
 """Make a plate from a 3D scene: its picture without a lens, overscan and hidden surfaces."""
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.shot.shot import Shot
+from heatlens.deliver.export.options import PinholeOptions
 from heatlens.media.plate.deep.deep_write import check_deep_fits
 from heatlens.media.plate.fragments import FragmentLists, pack_starts
 from heatlens.media.plate.plate import Plate, ReadPixels
@@ -16,20 +17,6 @@ from heatlens.render.gpu.textures import download
 from heatlens.render.scene_gpu.peel import Peeled
 from heatlens.render.scene_gpu.pinhole_draw import PINHOLE_VIEWS
 from heatlens.render.source.pinhole import Pinhole
-
-AUTO = "auto"
-
-
-@dataclass(frozen=True)
-class PinholeOptions:
-    """The options of a plate of a scene.
-
-    overscan  pixels on every side; `AUTO` for as many as the lens needs; None for no overscan
-    deep      True to include the surfaces behind the picture
-    """
-
-    overscan: int | str | None = None
-    deep: bool = False
 
 
 def pinhole_plate(

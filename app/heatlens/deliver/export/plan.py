@@ -21,9 +21,14 @@ from heatlens.core.model.shot.settings import BLUR_EDITION
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.guides import NO_GUIDES
 from heatlens.deliver.export.job import ExportJob
-from heatlens.deliver.export.options import EXR, LOOK, ExportOptions, options_of_group
+from heatlens.deliver.export.options import (
+    EXR,
+    LOOK,
+    ExportOptions,
+    PinholeOptions,
+    options_of_group,
+)
 from heatlens.deliver.export.output import check_names
-from heatlens.deliver.export.pinhole_plate import PinholeOptions
 from heatlens.media.files.json_record import digest, to_json
 from heatlens.media.files.picture_formats import file_on_disk
 from heatlens.media.plate.exr.exr_whole import find_incomplete

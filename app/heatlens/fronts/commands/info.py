@@ -27,7 +27,6 @@ from heatlens.fronts.commands.sources.source_commands import Facts, Line, comman
 from heatlens.media.documents.reel_file import is_reel
 from heatlens.media.documents.shot_file import is_shot_file
 from heatlens.media.files.json_record import record_to_json
-from heatlens.media.frame_cache.sequence_facts import sequence_facts
 from heatlens.media.sequence.names import NameForm, parse_frame_name, parse_pattern
 from heatlens.media.sequence.sequence import Sequence
 from heatlens.media.sequence.sequence_search import find_sequence
@@ -146,6 +145,8 @@ def _sequence_of_frames(
 
 def sequence_info(sequence: Sequence, options: PlateOptions) -> tuple[Facts, list[Line]]:
     """Return the facts of a sequence, and lines of text; show the progress on a terminal."""
+    from heatlens.media.frame_cache.sequence_facts import sequence_facts
+
     number = count(1)
     with progress_line() as show:
         facts = sequence_facts(

@@ -7,13 +7,11 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.reel import SHOT_FIELD, Reel, ReelShot
+from heatlens.core.model.shot.reel import SHOT_FIELD, EditOptions, Reel, ReelShot
 from heatlens.deliver.export.output import parse_output
 from heatlens.fronts.commands.options.given_options import refuse_options
 from heatlens.fronts.commands.options.value_types import parse_number, parse_whole_number
 from heatlens.fronts.commands.output.say import print_messages
-from heatlens.media.documents.edit_file import EditOptions
-from heatlens.media.documents.edit_media import is_blurred_source
 from heatlens.media.documents.reel_file import is_reel, read_reel
 from heatlens.media.documents.shot_file import is_shot_file, read_shot
 from heatlens.media.sequence.sequence_search import find_sequence
@@ -67,6 +65,8 @@ def read_given_reel(args: argparse.Namespace, text: str) -> Reel:
 
 def with_blurred_notes(reel: Reel) -> Reel:
     """Return the reel with a note on each shot whose media a lens has blurred already."""
+    from heatlens.media.documents.edit_media import is_blurred_source
+
     shots = (
         replace(shot, notes=(f"{_BLURRED_MESSAGE}: {shot.source}", *shot.notes))
         if is_blurred_source(shot.source)
@@ -78,6 +78,8 @@ def with_blurred_notes(reel: Reel) -> Reel:
 
 def refuse_blurred(text: str, reel: Reel) -> None:
     """Raise InputError if the edit or reel `text` shows pictures that are already blurred."""
+    from heatlens.media.documents.edit_media import is_blurred_source
+
     blurred = [shot for shot in reel.shots if is_blurred_source(shot.source)]
     if blurred:
         first_blurred = blurred[0]

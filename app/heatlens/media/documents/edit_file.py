@@ -8,7 +8,6 @@ import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
@@ -21,6 +20,7 @@ from heatlens.core.model.curves.frames import FRAMES_PER_SECOND, FrameRange, exa
 from heatlens.core.model.option import Values
 from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.reel import (
+    EditOptions,
     Reel,
     ReelShot,
     Retime,
@@ -37,22 +37,9 @@ from heatlens.media.documents.edl_text import prepare_edl
 from heatlens.media.files.apart import call_in_process
 from heatlens.media.files.limits import allow_for, is_bounded
 
-EDIT_SUFFIXES = (".otio", ".otioz", ".edl", ".aaf", ".xml")
 _ADAPTERS = {".edl": "cmx_3600", ".xml": "fcp_xml", ".aaf": "AAF"}
 _PACKAGES = {".edl": "otio_cmx3600_adapter", ".xml": "otio_fcp_adapter", ".aaf": "otio_aaf_adapter"}
 _AAF_SIGNATURE = bytes.fromhex("d0cf11e0a1b11ae1")  # of all compound files
-
-
-@dataclass(frozen=True)
-class EditOptions:
-    """How to read an edit.
-
-    folders  where to look for media that are not where the edit says, or that it names only
-    rate     frames per second of an EDL, which does not tell them; None for 24
-    """
-
-    folders: tuple[Path, ...] = ()
-    rate: float | None = None
 
 
 def otio() -> ModuleType:

@@ -13,7 +13,6 @@ from heatlens.core.base.paths import kits_dir
 from heatlens.core.model.lens.lens_kit import KitLens, LensKit
 from heatlens.core.model.option import suggest_similar
 from heatlens.media.files.json_record import read_json, record_to_json
-from heatlens.media.plate.opening_picture import convert_kit_image, read_relative_image
 
 KIT_VERSION = 1
 _VERSION = "heatlens_lens_kit"
@@ -74,6 +73,8 @@ def kit_shelf(folder: Path | None = None) -> KitShelf:
 
 def read_kit(path: Path) -> LensKit:
     """Read a kit. Raises InputError that names the file and the damaged place in it."""
+    from heatlens.media.plate.opening_picture import convert_kit_image, read_relative_image
+
     document = read_json(path)
     document.check_version(_VERSION, KIT_VERSION, "lens kit")
     entries = document.members([_VERSION, *_FIELDS], ["name", "words", "lenses"])

@@ -6,8 +6,7 @@ from pathlib import Path
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import parse_frame_range
 from heatlens.core.model.shot.grade import Grade
-from heatlens.core.model.shot.reel import Reel, ReelShot, Retime
-from heatlens.media.documents.edit_file import EDIT_SUFFIXES, EditOptions, read_edit
+from heatlens.core.model.shot.reel import EDIT_SUFFIXES, EditOptions, Reel, ReelShot, Retime
 from heatlens.media.documents.shot_file import absolute_source, relative_source
 from heatlens.media.files.atomic_file import write_atomically
 from heatlens.media.files.json_record import JsonEntry, read_json, record_to_json
@@ -34,6 +33,8 @@ def read_reel(path: Path, options: EditOptions = _DEFAULT_OPTIONS) -> Reel:
     place in it if it is damaged.
     """
     if not path.name.lower().endswith(REEL_SUFFIX):
+        from heatlens.media.documents.edit_file import read_edit
+
         return read_edit(path, options)
     document = read_json(path)
     document.check_version(_VERSION, REEL_VERSION, "reel")

@@ -9,7 +9,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.focus.plausibility import span_doubts
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.files.picture_formats import is_picture
-from heatlens.media.frame_cache.sequence_reader import NeighbourReader
+from heatlens.media.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.media.plate.mattes.cryptomatte import thing_names
 from heatlens.media.plate.mattes.things import require_things
 from heatlens.media.plate.parts.header_read import read_headers

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,6 @@ from heatlens.media.plate.depth.depth import finite_range
 from heatlens.media.plate.fragments import LEAST_COVERAGE, OPAQUE, SAME_DEPTH, FloatImage
 from heatlens.media.plate.plate import BehindReport, Plate, ReadPixels
 from heatlens.media.plate.windows import move_to_window
-from heatlens.media.sequence.depth_files import companion_path
 
 
 def layer_options(options: PlateOptions, layer: str) -> PlateOptions:
@@ -71,13 +69,6 @@ def _convention_behind(options: PlateOptions, number: int) -> DepthConvention:
     if options.behind_conventions:
         return options.behind_conventions[number]
     return options.depth_convention if options.depth_source is None else DepthConvention.AUTO
-
-
-def behind_paths(path: Path, options: PlateOptions) -> tuple[Path, ...]:
-    """Return the files behind the plate at `path`; a pattern gives its frame of the same number."""
-    return tuple(
-        companion_path(path, text, "--behind", "picture behind") for text in options.behind
-    )
 
 
 def with_behind(plate: Plate, behind: Sequence[Plate], names: Sequence[str] = ()) -> Plate:

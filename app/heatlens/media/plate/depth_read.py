@@ -13,7 +13,6 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.files.picture_formats import is_picture
-from heatlens.media.plate.deep.deep_plate import read_flattened_part
 from heatlens.media.plate.depth.depth import DepthResult, finite_range, read_depth
 from heatlens.media.plate.depth.raw_depth import DepthOrigin
 from heatlens.media.plate.depth.repair import DEPTH_LEAST_M
@@ -22,7 +21,6 @@ from heatlens.media.plate.header.camera_header import camera_at_header, require_
 from heatlens.media.plate.header.channel_choice import ColorChoice, choose_depth
 from heatlens.media.plate.header.channels import ChannelRef, Header, Part, flat_channels, pixels_of
 from heatlens.media.plate.header.entries import picture_facts, writing_program
-from heatlens.media.plate.parts.picture_parts import depth_parts
 from heatlens.media.plate.plate import CameraHeader, FloatImage
 from heatlens.media.plate.position import depth_of_positions, position_channels
 from heatlens.media.plate.windows import (
@@ -31,7 +29,6 @@ from heatlens.media.plate.windows import (
     read_header_window,
     resize_nearest,
 )
-from heatlens.media.sequence.depth_files import depth_path_for
 
 # The leaf of Mitsuba's `depth` integrator: the parameter t of the ray that hits.
 _MITSUBA_RAY_LEAF = "t"
@@ -49,6 +46,8 @@ def read_depth_of(
     headers = [header for header, _ in parts]
     target = headers[color.rgb[0].part] if color else None
     if options.depth_source is not None:
+        from heatlens.media.sequence.depth_files import depth_path_for
+
         path = depth_path_for(path, options.depth_source)
         parts = read_depth_file_parts(path)
         camera_headers, headers = headers, [header for header, _ in parts]
@@ -63,9 +62,20 @@ def read_depth_of(
 
 def read_depth_file_parts(path: Path) -> list[Part]:
     """Read the parts of a depth file; the values stay as they are stored."""
-    if is_picture(path):
-        return depth_parts(path)
-    return [read_flattened_part(path)] if is_deep_file(path) else read_parts(path)
+    if not is_picture(path):
+        return read_exr_parts(path)
+    from heatlens.media.plate.parts.picture_parts import depth_parts
+
+    return depth_parts(path)
+
+
+def read_exr_parts(path: Path) -> list[Part]:
+    """Read the parts of an EXR; a deep file gives one part, its flattened picture."""
+    if not is_deep_file(path):
+        return read_parts(path)
+    from heatlens.media.plate.deep.deep_plate import read_flattened_part
+
+    return [read_flattened_part(path)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.named_paths import path_in_folder
@@ -23,9 +22,7 @@ from heatlens.core.model.lens.lens_kit import LensKit
 from heatlens.core.model.lens.opening_image import IMAGE_SIDE, OpeningImage, light_in_circle
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.plate.header.channel_choice import choose_color
 from heatlens.media.plate.header.channels import pixels_of
-from heatlens.media.plate.read import color_file_parts
 
 _RED, _GREEN, _BLUE = 0.2126, 0.7152, 0.0722  # weights of the luminance of Rec. 709
 _COLORED = 0.02  # share of the brightest value: JPEG leaves gray slightly colored
@@ -101,6 +98,9 @@ def _off_axis_notes(path: Path, light: NDArray[np.float32]) -> tuple[str, ...]:
 
 def _read_luminance(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
     """Return the light (H, W) of a picture, and the notes on it."""
+    from heatlens.media.plate.header.channel_choice import choose_color
+    from heatlens.media.plate.read import color_file_parts
+
     parts = color_file_parts(path, PlateOptions())
     choice = choose_color(path, [header for header, _ in parts], layer=None)
     red, green, blue = (pixels_of(parts, ref).astype(np.float32) for ref in choice.rgb)
@@ -114,6 +114,8 @@ def _read_luminance(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
 
 def _fit_in_square(light: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the picture centerd in a square, averaged into IMAGE_SIDE cells on a side."""
+    from PIL import Image
+
     height, width = light.shape
     side = max(height, width)
     top, left = (side - height) // 2, (side - width) // 2

@@ -18,7 +18,8 @@
 #    behind are sorted by it. The cutout comes last, because it splits pixels.
 #
 # Steps that neither the file nor an option needs are skipped: the usual plate, one EXR with Z,
-# passes through `exr`, `header`, `depth` and this file.
+# passes through `exr`, `header`, `depth` and this file, and what the other steps need is imported
+# where they begin.
 
 import os
 from collections.abc import Sequence
@@ -32,20 +33,10 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.depth_words import DepthConvention, DepthKind, DepthSide
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.files.picture_formats import is_picture
-from heatlens.media.plate.behind import (
-    behind_paths,
-    deep_options,
-    file_options,
-    layer_options,
-    with_behind,
-)
-from heatlens.media.plate.deep.deep_plate import read_deep_plate, read_flattened_part
-from heatlens.media.plate.deep.stacked import with_empty_outside
 from heatlens.media.plate.depth.depth import DepthResult
 from heatlens.media.plate.depth.repair import bound_color, repair_color
-from heatlens.media.plate.depth_read import read_depth_of
-from heatlens.media.plate.estimate.estimated_depth import estimate_depth
-from heatlens.media.plate.exr.exr_read import is_deep_file, read_parts
+from heatlens.media.plate.depth_read import read_depth_of, read_exr_parts
+from heatlens.media.plate.exr.exr_read import is_deep_file
 from heatlens.media.plate.exr.exr_write import COMPRESSIONS
 from heatlens.media.plate.grain import despike_with_note
 from heatlens.media.plate.header.camera_header import camera_at_header
@@ -68,10 +59,7 @@ from heatlens.media.plate.header.entries import (
     notes_of,
 )
 from heatlens.media.plate.header.placement import PLACEMENT, read_rigid_placement
-from heatlens.media.plate.mattes.matte_options import with_cutout, with_flat_depth
-from heatlens.media.plate.parts.picture_parts import color_parts
 from heatlens.media.plate.picture.highlights import lift_highlights
-from heatlens.media.plate.picture.portrait import apply_photo_focus
 from heatlens.media.plate.plate import DepthReport, FloatImage, Plate, read_pixels
 from heatlens.media.plate.windows import pixel_aspect_of, read_header_window
 
@@ -91,20 +79,31 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
             "numbers is: leave --lift-highlights out."
         )
     if options.flat_depth is not None:
+        from heatlens.media.plate.mattes.matte_options import with_flat_depth
+
         plate = with_flat_depth(plate, options.flat_depth)
     if PLACEMENT in plate.attributes:
         plate = replace(
             plate, world_to_camera=read_rigid_placement(plate.attributes, options.scene_unit_m)
         )
-    plates_behind |= _read_files_behind(path, options)
+    if options.behind:
+        plates_behind |= _read_files_behind(path, options)
     if plates_behind:
+        from heatlens.media.plate.behind import with_behind
+
         plate = with_behind(plate, list(plates_behind.values()), list(plates_behind))
-    keeps_sharp = options.never_blur is not None or options.only_blur is not None
-    return with_cutout(plate, options) if keeps_sharp else plate
+    if options.never_blur is None and options.only_blur is None:
+        return plate
+    from heatlens.media.plate.mattes.matte_options import with_cutout
+
+    return with_cutout(plate, options)
 
 
 def _read_files_behind(path: Path, options: PlateOptions) -> dict[str, Plate]:
     """Return the plates of the files `options.behind`, by their texts there."""
+    from heatlens.media.plate.behind import deep_options, file_options
+    from heatlens.media.sequence.depth_files import behind_paths
+
     plates: dict[str, Plate] = {}
     for number, path_behind in enumerate(behind_paths(path, options)):
         flat_options = file_options(options, number)
@@ -128,26 +127,34 @@ def _read_behind(path: Path, options: PlateOptions) -> Plate:
 def _read_file(path: Path, options: PlateOptions) -> tuple[Plate, dict[str, Plate]]:
     """Return the plate of the file at `path`, and the plates of its hidden layers by name."""
     if is_deep_file(path):
+        from heatlens.media.plate.deep.deep_plate import read_deep_plate
+
         return read_deep_plate(path, options), {}
     parts = color_file_parts(path, options)
     plate = _read_layer(path, [part for part in parts if not is_behind(part)] or parts, options)
-    plates_behind = {
+    layers = behind_layers(parts)
+    if not layers:
+        return plate, {}
+    from heatlens.media.plate.behind import layer_options
+
+    return plate, {
         f"The layer {layer}": _read_layer(path, parts, layer_options(options, layer))
-        for layer in behind_layers(parts)
+        for layer in layers
     }
-    return plate, plates_behind
 
 
 def color_file_parts(path: Path, options: PlateOptions) -> list[Part]:
     """Read the header and channels of every part, with scene-linear colors.
 
-    A deep file gives one part, its flattened picture. Raises InputError as `read_parts` does.
+    Raises InputError as `read_exr_parts` does.
     """
     if is_picture(path):
+        from heatlens.media.plate.parts.picture_parts import color_parts
+
         return color_parts(path, options.picture_curve, options.depth_side)
     if options.depth_side is not DepthSide.NONE:
         raise InputError(f"{path} is an EXR, which has depth channels: leave --depth-side out.")
-    return [read_flattened_part(path)] if is_deep_file(path) else read_parts(path)
+    return read_exr_parts(path)
 
 
 def _read_layer(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate:
@@ -181,8 +188,15 @@ def _read_layer(path: Path, parts: Sequence[Part], options: PlateOptions) -> Pla
         compression=_offered_compression(header),
         views=views_of(headers),
     )
-    plate = apply_photo_focus(plate, header) if FOCUS_POINT in header else plate
-    return with_empty_outside(plate) if plate.has_alpha else plate
+    if FOCUS_POINT in header:
+        from heatlens.media.plate.picture.portrait import apply_photo_focus
+
+        plate = apply_photo_focus(plate, header)
+    if not plate.has_alpha:
+        return plate
+    from heatlens.media.plate.deep.stacked import with_empty_outside
+
+    return with_empty_outside(plate)
 
 
 def read_or_estimate_depth(
@@ -205,6 +219,8 @@ def read_or_estimate_depth(
         return read_depth_of(path, parts, choice, options)
     if choice is None:
         raise InputError(f"{path} has no colour from which a depth could be estimated.")
+    from heatlens.media.plate.estimate.estimated_depth import estimate_depth
+
     light = read_color(path, parts, choice)[0]
     return estimate_depth(path, light, options, partial(read_light, options))
 

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.extras import OnUse
@@ -10,7 +11,9 @@ from heatlens.core.base.paths import unreadable_error
 from heatlens.core.model.shot.framing import SceneTiming
 from heatlens.media.files.quiet import quiet_library
 from heatlens.media.files.usd_library import read_usd_in_process, report_usd_failures, usd_module
-from heatlens.media.scene.scene import Scene
+
+if TYPE_CHECKING:  # the readers make it
+    from heatlens.media.scene.scene import Scene
 
 
 def files_of_usd(path: Path) -> tuple[Path, ...]:
@@ -81,7 +84,7 @@ def check_scene_files_exist(text: str) -> None:
             raise unreadable_error(path)
 
 
-def read_scene(path: str | os.PathLike[str], timing: SceneTiming | None = None) -> Scene:
+def read_scene(path: str | os.PathLike[str], timing: SceneTiming | None = None) -> "Scene":
     """Read meshes, materials, cameras, lights and motion, which `timing` converts to frames.
 
     Raises InputError that names the file if it is missing, damaged, empty or of an unknown kind,
@@ -96,14 +99,14 @@ def read_scene(path: str | os.PathLike[str], timing: SceneTiming | None = None) 
     if not os.path.isfile(path):
         raise unreadable_error(path)
     if timing is None:
-        scene: Scene = reader(path)
+        scene: "Scene" = reader(path)
         return scene
     if reader is not _GLTF:
         raise InputError(
             f"{path}: clips, frame rate and first frame can be chosen only for glTF; other scenes "
             "define their frames or do not move."
         )
-    timed_scene: Scene = reader(path, timing)
+    timed_scene: "Scene" = reader(path, timing)
     return timed_scene
 
 
@@ -120,7 +123,7 @@ def is_demo(text: str) -> bool:
     return text == DEMO and not os.path.exists(text)
 
 
-def open_scene(text: str, timing: SceneTiming | None = None) -> Scene:
+def open_scene(text: str, timing: SceneTiming | None = None) -> "Scene":
     """Return the scene, with its seconds converted to frames; the demo is read only if needed.
 
     Raises InputError that names the file if it cannot be read, or if a timing is given for a file

@@ -6,6 +6,7 @@ from collections.abc import Sequence as Items
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.files.picture_formats import is_picture, movie_of_frame, parse_movie_name
 from heatlens.media.sequence.names import parse_frame_name, parse_pattern
 from heatlens.media.sequence.sequence import Sequence
@@ -19,6 +20,13 @@ _DEPTH_WORDS = frozenset(
 def depth_path_for(path: Path, source: str) -> Path:
     """Return the file with the depth of the picture at `path`, as `companion_path` finds it."""
     return companion_path(path, source, "--depth", "depth")
+
+
+def behind_paths(path: Path, options: PlateOptions) -> tuple[Path, ...]:
+    """Return the files behind the plate at `path`; a pattern gives its frame of the same number."""
+    return tuple(
+        companion_path(path, text, "--behind", "picture behind") for text in options.behind
+    )
 
 
 def companion_path(path: Path, source: str, option: str, content: str) -> Path:

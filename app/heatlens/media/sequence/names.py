@@ -7,10 +7,6 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from fileseq.constants import PAD_STYLE_HASH1
-from fileseq.filesequence import FileSequence
-from fileseq.frameset import FrameSet
-
 from heatlens.core.base.errors import InputError
 
 # Share of the frames from first to last that must exist if the name alone does not decide.
@@ -91,6 +87,9 @@ def parse_pattern(name: str) -> tuple[NameForm, str | None] | None:
     A single number after a letter belongs to the name, so `take2####.exr` is take 2. Returns None
     if `name` is not a notation. Raises InputError for more than 20 digits.
     """
+    from fileseq.constants import PAD_STYLE_HASH1
+    from fileseq.filesequence import FileSequence
+
     try:
         # In the default style of fileseq, one # stands for four digits.
         parsed = FileSequence(name, pad_style=PAD_STYLE_HASH1)
@@ -118,6 +117,8 @@ def parse_frames(text: str) -> tuple[int, ...]:
 
     Raises InputError if the text cannot be parsed or gives too many frames.
     """
+    from fileseq.frameset import FrameSet
+
     try:
         if re.search(r"\d\s+\d", text):
             raise ValueError("fileseq would join the two numbers")
@@ -142,6 +143,8 @@ def parse_frames(text: str) -> tuple[int, ...]:
 
 def frames_text(frames: Iterable[int]) -> str:
     """Return `frames` as ranges such as 1001-1100x2,1200, which `parse_frames` can read."""
+    from fileseq.frameset import FrameSet
+
     return str(FrameSet.framesToFrameRange(frames, sort=True))
 
 

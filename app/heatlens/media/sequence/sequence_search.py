@@ -9,7 +9,6 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.named_paths import path_note
-from heatlens.media.files.movie_read import movie_at
 from heatlens.media.files.picture_formats import is_picture, movie_frame_name, parse_movie_name
 from heatlens.media.sequence.names import (
     MAX_FRAMES,
@@ -56,6 +55,8 @@ def _names_in(folder: Path) -> list[str]:
 
 def _movie_frames_in(path: Path) -> list[str] | None:
     """Return the names of the frames if `path` is a movie, else None."""
+    from heatlens.media.files.movie_read import movie_at
+
     movie_and_first = parse_movie_name(path)
     if movie_and_first is None or not os.path.isfile(movie_and_first[0]):
         return None

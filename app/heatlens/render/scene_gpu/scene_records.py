@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image
 
 from heatlens.media.scene.material import MapPlace, Material
 from heatlens.media.scene.scene import Mesh, PointLight, Scene
@@ -169,6 +168,8 @@ def _resample(image: npt.NDArray[np.uint8], size: tuple[int, int]) -> npt.NDArra
     """Return an image (H, W, 4) resampled to `size` (width, height)."""
     if image.shape[1::-1] == size:
         return image
+    from PIL import Image
+
     channels = [Image.fromarray(np.ascontiguousarray(image[..., i])) for i in range(4)]
     # Channel by channel: Pillow would weight colors by alpha, which is not coverage here.
     resized = [channel.resize(size, Image.Resampling.BILINEAR) for channel in channels]

@@ -10,7 +10,6 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.framing import SceneTiming
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.camera.from_shot import CameraRequest
 from heatlens.media.camera.samples import CameraSamples, UpAxis
 from heatlens.render.source.kinds import kind_of
 from heatlens.render.source.plate_source import PlateSource, sequence_of_one_size
@@ -80,5 +79,7 @@ def camera_of_shot(
     Raises InputError if no frames are known or the scene cannot be read, and LensError if keys lead
     to an impossible lens.
     """
+    from heatlens.media.camera.from_shot import CameraRequest
+
     request = CameraRequest(name, frames, sensor_height_mm, scene_unit_m, up_axis)
     return kind_of(shot.source or "").camera(shot, request)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -24,17 +24,17 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.files.picture_formats import is_picture
 from heatlens.media.frame_cache.cache import Damaged, FrameCache
-from heatlens.media.frame_cache.sequence_reader import NeighbourReader, SequenceReader
-from heatlens.media.plate.behind import behind_paths
-from heatlens.media.plate.mark_distance import mark_distances_m
+from heatlens.media.frame_cache.sequence_reader import SequenceReader
 from heatlens.media.plate.parts.header_read import read_headers
-from heatlens.media.plate.picture.picture_open import picture_info
 from heatlens.media.plate.plate import Plate, ReadPixels
-from heatlens.media.sequence.depth_files import PlateFiles, depth_path_for
+from heatlens.media.sequence.depth_files import PlateFiles, behind_paths, depth_path_for
 from heatlens.media.sequence.names import NameForm, frames_text
 from heatlens.media.sequence.sequence import MissingPolicy, Sequence
 from heatlens.media.sequence.sequence_search import find_sequence
 from heatlens.render.source.source import FrameLoader, Origin, Renderer, stamp_files
+
+if TYPE_CHECKING:  # a source is often named and not read
+    from heatlens.media.frame_cache.neighbour_reader import NeighbourReader
 
 _STILL_FRAME = 1  # the frame number of a picture without a number in its name
 _AHEAD = 2  # plates that are read while one is rendered
@@ -57,8 +57,10 @@ class PlateSource:
         return Path(self.sequence.pattern)
 
     @cached_property
-    def read(self) -> NeighbourReader:
+    def read(self) -> "NeighbourReader":
         """A function that reads a plate with the surfaces and border that its neighbors show."""
+        from heatlens.media.frame_cache.neighbour_reader import NeighbourReader
+
         return NeighbourReader(self.options, self.sequence)
 
     @cached_property
@@ -142,6 +144,8 @@ class PlateSource:
         self, shot: Shot, mark: Mark, report_progress: Callable[[str], None]
     ) -> Distances:
         """See `Source`; a missing frame is that of the plate before it."""
+        from heatlens.media.plate.mark_distance import mark_distances_m
+
         sequence, options = self.sequence, replace(self.options, never_blur=None, only_blur=None)
         frames = shot.frames or FrameRange(sequence.first, sequence.last)
         if isinstance(mark, TrackMark):
@@ -175,7 +179,7 @@ class PlateSource:
 class _PlateLoader:
     """Loads plates into a renderer, and reads the next ones ahead. See `FrameLoader`."""
 
-    def __init__(self, sequence: Sequence, read: NeighbourReader, renderer: Renderer) -> None:
+    def __init__(self, sequence: Sequence, read: "NeighbourReader", renderer: Renderer) -> None:
         self._renderer = renderer
         self._loaded: tuple[Plate | None, bool] = (None, False)
         self._sequence = sequence
@@ -260,6 +264,8 @@ def _size_of(path: Path) -> Size | None:
     """Return width and height of the display window; None if the header cannot be read."""
     try:
         if is_picture(path):
+            from heatlens.media.plate.picture.picture_open import picture_info
+
             return picture_info(path)[0]
         (x0, y0), (x1, y1) = read_headers(path)[0]["displayWindow"]
     except (InputError, KeyError):  # reported when the file is opened

@@ -6,16 +6,18 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.focus.live_focus import Distances
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.plate import Plate
-from heatlens.media.scene.scene import Scene
 from heatlens.media.sequence.sequence import MissingPolicy, Stamp, stamp_of
-from heatlens.render.source.pinhole import Pinhole
+
+if TYPE_CHECKING:  # plates are planned, listed and exported by others without these
+    from heatlens.media.scene.scene import Scene
+    from heatlens.render.source.pinhole import Pinhole
 
 
 @dataclass(frozen=True)
@@ -52,12 +54,12 @@ class Renderer(Protocol):
     def load(self, plate: Plate) -> None:
         """Upload a plate to the GPU."""
 
-    def load_scene(self, scene: Scene) -> None:
+    def load_scene(self, scene: "Scene") -> None:
         """Upload a scene to the GPU."""
 
     def load_pinhole(
         self, shot: Shot, frame: int = 0, views: int | None = None, is_for_file: bool = False
-    ) -> Pinhole:
+    ) -> "Pinhole":
         """Draw the pinhole picture of `frame`; for plates, return the loaded one."""
 
 

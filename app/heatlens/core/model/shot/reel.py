@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import (
@@ -15,9 +16,22 @@ from heatlens.core.model.curves.frames import (
 from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.shot import Shot
 
+EDIT_SUFFIXES = (".otio", ".otioz", ".edl", ".aaf", ".xml")
 SHOT_FIELD = "{shot}"  # stands for the name of the shot in the name of a file
 _ROUNDING = 1e-6  # frames by which rounding may make a sum of times too small
 _IN_FILE_NAMES = re.compile(r"[^\w.+-]+")
+
+
+@dataclass(frozen=True)
+class EditOptions:
+    """How to read an edit.
+
+    folders  where to look for media that are not where the edit says, or that it names only
+    rate     frames per second of an EDL, which does not tell them; None for 24
+    """
+
+    folders: tuple[Path, ...] = ()
+    rate: float | None = None
 
 
 @dataclass(frozen=True)

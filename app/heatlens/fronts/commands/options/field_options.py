@@ -22,7 +22,6 @@ from heatlens.fronts.commands.options.value_types import (
     parse_whole_number,
     use_decimal_point,
 )
-from heatlens.media.plate.opening_picture import read_opening_image
 
 _NUMBERS: dict[str, Callable[[str], float]] = {
     "": parse_number,
@@ -110,6 +109,8 @@ def _convert_value(typed_value: Any, kind: Any, option: Option) -> Any:
     if get_origin(kind) is tuple:
         return tuple(_convert_value(item, get_args(kind)[0], option) for item in typed_value)
     if kind is OpeningImage:
+        from heatlens.media.plate.opening_picture import read_opening_image
+
         return (
             typed_value
             if isinstance(typed_value, OpeningImage)

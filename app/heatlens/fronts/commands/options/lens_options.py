@@ -25,7 +25,6 @@ from heatlens.fronts.commands.output.say import print_messages
 from heatlens.media.plate.coc_line import depth_at_m, focused_at_pixel, no_distances_error
 from heatlens.media.plate.estimate.trusted import trust
 from heatlens.media.plate.header.header_lens import MissingLensError, plate_lens
-from heatlens.media.plate.opening_picture import opening_notes, read_opening_image
 from heatlens.media.plate.plate import Plate
 
 # The values that a lens needs; those in the plate's header need not be given.
@@ -90,6 +89,8 @@ def _read_aperture_image(args: argparse.Namespace) -> None:
     """
     if not isinstance(args.aperture_image, str):
         return
+    from heatlens.media.plate.opening_picture import opening_notes, read_opening_image
+
     args.aperture_image = read_opening_image(args.aperture_image)
     print_messages(*opening_notes(args.aperture_image, bool(args.blades or args.blade_curvature)))
 

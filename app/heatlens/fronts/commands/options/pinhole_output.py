@@ -9,8 +9,8 @@ import argparse
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.shot import Shot
-from heatlens.deliver.export.options import ExportOptions
-from heatlens.deliver.export.pinhole_plate import AUTO, PinholeOptions, pinhole_plate
+from heatlens.deliver.export.options import AUTO_OVERSCAN, ExportOptions, PinholeOptions
+from heatlens.deliver.export.pinhole_plate import pinhole_plate
 from heatlens.fronts.commands.options.field_options import add_fields
 from heatlens.fronts.commands.output.say import print_messages
 from heatlens.media.plate.kept_channels import check_kept_channels
@@ -44,7 +44,7 @@ def add_pinhole_options(parser: argparse.ArgumentParser) -> None:
 
 def _parse_overscan(text: str) -> int | str:
     """Parse --overscan: a number of pixels, or auto. Raises ArgumentTypeError."""
-    if text == AUTO:
+    if text == AUTO_OVERSCAN:
         return text
     if not text.isdecimal():
         raise argparse.ArgumentTypeError(f"{text!r} is neither a number of pixels nor auto.")
@@ -81,7 +81,7 @@ def check_pinhole_options(
             "--deep: a deep file is always compressed as zips: leave --compression out."
         )
     is_known = has_lens or None not in (args.f_stop, args.focus_distance)
-    if args.overscan == AUTO and not is_known:
+    if args.overscan == AUTO_OVERSCAN and not is_known:
         raise InputError(
             "--overscan auto depends on the lens. Give --f-stop and --focus-distance, or "
             "--overscan with a number of pixels."
@@ -93,7 +93,7 @@ def render_pinhole_plate(
 ) -> Plate:
     """Return the scene's picture according to the options; print its overscan and surfaces."""
     plate = pinhole_plate(renderer, shot, frame, pinhole_options(args), args.output)
-    if args.overscan == AUTO:
+    if args.overscan == AUTO_OVERSCAN:
         margin_px = -plate.data_window.x0
         print_messages(
             f"overscan: {margin_px} pixels on every side, as the lens needs at frame {frame}"

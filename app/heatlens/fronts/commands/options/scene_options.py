@@ -24,13 +24,11 @@ from heatlens.fronts.commands.options.lens_options import (
 )
 from heatlens.fronts.commands.options.value_types import parse_number, parse_whole_number
 from heatlens.media.plate.coc_line import focused_at_pixel
-from heatlens.media.scene.first_shot import FirstShot, first_shot
-from heatlens.media.scene.placing import Placing
 
-if TYPE_CHECKING:
-    from heatlens.render.frame_renderer import (
-        FrameRenderer,  # `info`, which has some of these, draws nothing
-    )
+if TYPE_CHECKING:  # commands on plates have some of these options too
+    from heatlens.media.scene.first_shot import FirstShot
+    from heatlens.media.scene.placing import Placing
+    from heatlens.render.frame_renderer import FrameRenderer
 
 _FOCUS_FIELD = "focus_distance_m"
 _SUFFIXES_WITH_SECONDS = (".glb", ".gltf")
@@ -75,8 +73,10 @@ def add_placing_options(group: "argparse._ArgumentGroup") -> None:
     )
 
 
-def given_placing(args: argparse.Namespace) -> Placing:
+def given_placing(args: argparse.Namespace) -> "Placing":
     """Return the given up axis and unit for a scene whose file does not define them."""
+    from heatlens.media.scene.placing import Placing
+
     return Placing(args.up_axis, args.meters_per_unit)
 
 
@@ -105,7 +105,7 @@ def parse_size(text: str) -> tuple[int, int]:
     return size
 
 
-def shot_of_scene(args: argparse.Namespace, text: str) -> FirstShot:
+def shot_of_scene(args: argparse.Namespace, text: str) -> "FirstShot":
     """Return the first shot of the scene `text` with the lens and the framing of the options.
 
     Raises InputError if the scene cannot be read or has no such camera, or the lens lacks a value.
@@ -156,7 +156,7 @@ def with_framing(args: argparse.Namespace, shot: Shot) -> Shot:
     return replace(shot, framing=framing)
 
 
-def lens_message(args: argparse.Namespace, first: FirstShot, frame: int) -> str:
+def lens_message(args: argparse.Namespace, first: "FirstShot", frame: int) -> str:
     """Return a message on the lens at a frame, with the origin of each value."""
     lens_text_at_frame = lens_text(
         first.shot.lens_at(frame), {**first.sources, **value_origins(args)}
@@ -166,15 +166,17 @@ def lens_message(args: argparse.Namespace, first: FirstShot, frame: int) -> str:
 
 def _first_shot(
     args: argparse.Namespace, text: str, measured_fields: dict[str, object] | None = None
-) -> FirstShot:
+) -> "FirstShot":
     """Return the first shot of a scene with the given lens and `measured_fields`."""
+    from heatlens.media.scene.first_shot import first_shot
+
     lens = {**given_lens_fields(args), **(measured_fields or {})}
     timing, placing = given_timing(args, text), given_placing(args)
     first = first_shot(text, args.size, args.scene_camera, lens, timing, placing)
     return replace(first, shot=shot_with_kit(args, first.shot))
 
 
-def _check_lens(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot:
+def _check_lens(args: argparse.Namespace, text: str, first: "FirstShot") -> "FirstShot":
     """Return `first` unchanged. Raises InputError if its f-stop or focus is only assumed.
 
     A picture without a lens needs neither.

@@ -4,15 +4,18 @@ import json
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from typing import TYPE_CHECKING
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.deliver.export.plan import ExportPlan
-from heatlens.deliver.export.run import FrameDone
 from heatlens.fronts.commands.output.progress_line import progress_line, time_text
 from heatlens.fronts.commands.output.say import print_messages, print_result
 from heatlens.media.sequence.names import frames_text
 
-ReportFrame = Callable[[FrameDone], None]
+if TYPE_CHECKING:  # other commands report failures with this file, and export nothing
+    from heatlens.deliver.export.run import FrameDone
+
+ReportFrame = Callable[["FrameDone"], None]
 
 
 class Tally:
@@ -28,7 +31,7 @@ class Tally:
         self._clock = clock
         self._start_s = clock()
 
-    def add(self, done: FrameDone) -> None:
+    def add(self, done: "FrameDone") -> None:
         """Count a frame and its remarks; time runs from the first frame that had to be rendered."""
         self.surfaces_lost = self.surfaces_lost or _surfaces_lost_text(done)
         self.pace = done.pace or self.pace
@@ -81,7 +84,7 @@ def _report_to_terminal(plan: ExportPlan, tally: Tally) -> Iterator[ReportFrame]
     """Show the progress on one line; at the end, print what was written and the output."""
     with progress_line() as show:
 
-        def report(done: FrameDone) -> None:
+        def report(done: "FrameDone") -> None:
             tally.add(done)
             show(f"frame {done.frame}, {progress_text(tally)}")
 
@@ -102,7 +105,7 @@ def _report_as_json(plan: ExportPlan, tally: Tally) -> Iterator[ReportFrame]:
     output = str(plan.job.output.pattern)
     _print_json(event="begin", output=output, frames=tally.count)
 
-    def report(done: FrameDone) -> None:
+    def report(done: "FrameDone") -> None:
         """Print a finished frame as one line of JSON."""
         tally.add(done)
         state = "finished before" if done.was_there else "written"
@@ -130,7 +133,7 @@ def _report_as_json(plan: ExportPlan, tally: Tally) -> Iterator[ReportFrame]:
 def _report_to_farm(plan: ExportPlan, tally: Tally) -> Iterator[ReportFrame]:
     """Print messages of Open Job Description: the progress in percent."""
 
-    def report(done: FrameDone) -> None:
+    def report(done: "FrameDone") -> None:
         tally.add(done)
         _print_line(f"openjd_status: frame {done.frame}, {tally.done_count} of {tally.count}")
         _print_line(f"openjd_progress: {100 * tally.done_count / tally.count:.1f}")
@@ -157,7 +160,7 @@ def report_failure(kind: str) -> Iterator[None]:
         raise
 
 
-def _surfaces_lost_text(done: FrameDone) -> str:
+def _surfaces_lost_text(done: "FrameDone") -> str:
     return f"Frame {done.frame}: {done.surfaces_lost}" if done.surfaces_lost else ""
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.stopping import mark_unfinished
-from heatlens.media.files.opened_by_ending import suffix_of_content
 from heatlens.media.files.picture_formats import FORMATS
 
 DASH = "-"
@@ -26,6 +25,8 @@ def file_of_input(path: Path) -> Iterator[Path]:
         return
     if sys.stdin is None or sys.stdin.isatty():
         raise InputError("The name - is standard input, but nothing is piped into it.")
+    from heatlens.media.files.opened_by_ending import suffix_of_content
+
     with _temporary_folder() as folder:
         data = sys.stdin.buffer.read()
         suffix = suffix_of_content(data)

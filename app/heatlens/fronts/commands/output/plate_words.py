@@ -5,6 +5,7 @@ the timecode of frames, from the shot or else from the header of its first file.
 """
 
 from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import Lens
@@ -14,13 +15,14 @@ from heatlens.core.model.timecode import Timecode
 from heatlens.fronts.commands.output.say import print_messages
 from heatlens.media.camera.samples import CameraSamples
 from heatlens.media.plate.header.entries import blurred_notes
-from heatlens.media.plate.overscan_need import OverscanNeed, overscan_need
 from heatlens.media.plate.parts.header_read import first_timecode
 from heatlens.media.plate.plate import Plate
 from heatlens.media.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes
 from heatlens.media.plate.read import read_plate
 from heatlens.media.sequence.sequence_search import find_sequence
-from heatlens.render.source.named import source_of
+
+if TYPE_CHECKING:
+    from heatlens.media.plate.overscan_need import OverscanNeed
 
 
 def print_plate_notes(plate: Plate, lens: Lens, lens_sentence: str, options: PlateOptions) -> None:
@@ -56,8 +58,12 @@ def print_shot_doubts(shot: Shot, plate: Plate | None, camera: CameraSamples | N
         )
 
 
-def overscan_of_shot(shot: Shot, plate: Plate | None, frames: Iterable[int]) -> OverscanNeed | None:
+def overscan_of_shot(
+    shot: Shot, plate: Plate | None, frames: Iterable[int]
+) -> "OverscanNeed | None":
     """Return the overscan that some frames need, for the depths of the `first_plate`."""
+    from heatlens.media.plate.overscan_need import overscan_need
+
     if plate is None:
         return None
     return overscan_need(plate, {frame: shot.lens_at(frame) for frame in frames})
@@ -68,6 +74,8 @@ def first_plate(shot: Shot) -> Plate | None:
 
     An error is reported when the frame is rendered; the plates may appear later.
     """
+    from heatlens.render.source.named import source_of
+
     try:
         first_file = None if shot.source is None else source_of(shot).first_file
         return None if first_file is None else read_plate(first_file, shot.plate_options)

@@ -9,7 +9,6 @@ from typing import NamedTuple
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange, parse_frame_range
 from heatlens.core.model.shot.shot import Shot
-from heatlens.deliver.export.sheet_page import PURPOSE, Sheet, sheet_entries, write_sheet
 from heatlens.deliver.export.sheet_rows import sheet_frames
 from heatlens.fronts.commands.options.display_options import (
     add_display_options,
@@ -25,7 +24,6 @@ from heatlens.media.documents.reel_file import REEL_SUFFIX, is_reel, read_reel
 from heatlens.media.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.media.files.atomic_file import check_writable
 from heatlens.media.files.html_page import check_pdf
-from heatlens.render.frame_renderer import headless_renderer
 from heatlens.render.source.named import source_of
 
 _SUFFIXES = (".html", ".htm", ".pdf")
@@ -80,6 +78,10 @@ def run(args: argparse.Namespace) -> int:
 
 def _write_sheet(args: argparse.Namespace) -> None:
     """Render the pictures of all rows, and write the page and the table. Raises InputError."""
+    # Imported here because `shot show` and `shot new`, which are often used, draw nothing.
+    from heatlens.deliver.export.sheet_page import PURPOSE, Sheet, sheet_entries, write_sheet
+    from heatlens.render.frame_renderer import headless_renderer
+
     if args.output.suffix.lower() not in _SUFFIXES:
         raise InputError(f"{args.output}: the name of a pull sheet must end in .html or .pdf.")
     check_writable(args.output)

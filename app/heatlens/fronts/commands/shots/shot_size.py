@@ -3,6 +3,7 @@
 import argparse
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.framing import Framing
@@ -14,8 +15,10 @@ from heatlens.media.documents.shot_file import SHOT_SUFFIX, read_shot, write_sho
 from heatlens.media.scene.placing import place_scene
 from heatlens.media.scene.same_size import KeptSize, crop_words
 from heatlens.media.scene.scene_read import open_scene
-from heatlens.render.frame_renderer import FrameRenderer, headless_renderer
 from heatlens.render.source.named import has_camera
+
+if TYPE_CHECKING:  # the other actions on shots draw nothing
+    from heatlens.render.frame_renderer import FrameRenderer
 
 HELP = "keep the size of what is on a mark, by the camera or by the focal length"
 DESCRIPTION = """\
@@ -93,7 +96,9 @@ def _kept_size(shot: Shot, frame: int, name: str) -> KeptSize:
     assert mark is not None
 
     @cache
-    def renderer() -> FrameRenderer:
+    def renderer() -> "FrameRenderer":
+        from heatlens.render.frame_renderer import headless_renderer
+
         renderer_of_scene = headless_renderer()
         renderer_of_scene.load_scene(scene)
         return renderer_of_scene

@@ -22,21 +22,12 @@ from heatlens.fronts.commands.sources.plate_lines import plate_lines
 from heatlens.fronts.commands.sources.shot_plate import plate_shot
 from heatlens.fronts.commands.sources.source_commands import Facts, Line, SourceCommands
 from heatlens.media.camera.samples import CameraSamples
-from heatlens.media.frame_cache.sequence_reader import (
-    NeighbourReader,
-    SequenceReader,
-    fix_conventions,
-)
-from heatlens.media.plate.exr.exr_write import behind_path, write_behind
+from heatlens.media.frame_cache.sequence_reader import SequenceReader, fix_conventions
 from heatlens.media.plate.header.timecode import rate_at
-from heatlens.media.plate.inspection import inspect
-from heatlens.media.plate.mattes.things import require_thing, require_things
 from heatlens.media.plate.plate import Plate
 from heatlens.media.plate.read import read_plate
-from heatlens.media.plate.tracking.tracked_mark import track_mark
 from heatlens.media.sequence.names import frames_text
 from heatlens.media.sequence.sequence_search import find_sequence
-from heatlens.render.defocus.quality import unused_behind_notes
 
 if TYPE_CHECKING:
     from heatlens.render.frame_renderer import FrameRenderer  # `info` draws nothing
@@ -49,6 +40,8 @@ class PlateCommands(SourceCommands):
         self, args: argparse.Namespace, renderer: "FrameRenderer", settings: DefocusSettings
     ) -> tuple[Shot, int]:
         """Load one plate, and return its shot. Raises InputError."""
+        from heatlens.render.defocus.quality import unused_behind_notes
+
         if settings.method.needs_scene:
             raise InputError(
                 f"{args.plate} is a plate, seen from one point: --method {settings.method} needs "
@@ -83,6 +76,8 @@ class PlateCommands(SourceCommands):
 
     def new_shot(self, args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
         """Return a shot with the files, lens, frames and frame rate of the plates."""
+        from heatlens.media.plate.mattes.things import require_things
+
         shot = plate_shot(args, camera)
         for file in _first_files(args):
             require_things(file, plate_options(args))
@@ -90,17 +85,23 @@ class PlateCommands(SourceCommands):
 
     def track_mark(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
         """Read the plates and follow the surface of the mark."""
+        from heatlens.media.plate.tracking.tracked_mark import track_mark
+
         frames, plate_at = _plate_reader_of(args, shot)
         with progress_line() as show_progress:
             return track_mark(mark, frames, plate_at, show_progress)
 
     def check_thing(self, args: argparse.Namespace, mark: MatteMark) -> None:
         """Raise InputError where no plate has the thing of a mark."""
+        from heatlens.media.plate.mattes.things import require_thing
+
         for file in _first_files(args):
             require_thing(file, mark.matte)
 
     def info(self, args: argparse.Namespace, text: str) -> tuple[Facts, list[Line]]:
         """Return the contents of the file, and how it would be read."""
+        from heatlens.media.plate.inspection import inspect
+
         with file_of_input(Path(text)) as path:
             facts = inspect(path, plate_options(args))
         return facts, plate_lines(facts)
@@ -141,6 +142,9 @@ def _read_plate_with_neighbours(
     The hidden surfaces are also written to `behind_out`, if it is given. Raises InputError if a
     file cannot be read or written.
     """
+    from heatlens.media.frame_cache.neighbour_reader import NeighbourReader
+    from heatlens.media.plate.exr.exr_write import behind_path, write_behind
+
     if not options.neighbours:
         if behind_out is not None:
             raise InputError("--behind-out writes what neighbouring frames show: add --neighbours.")

@@ -7,7 +7,8 @@ from statistics import fmean
 from heatlens.core.base.pace import Step
 from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.settings import DefocusSettings, Method
-from heatlens.deliver.export.pinhole_plate import PinholeOptions, pinhole_plate
+from heatlens.deliver.export.options import PinholeOptions
+from heatlens.deliver.export.pinhole_plate import pinhole_plate
 from heatlens.lab.measure.bench.methods import compared_methods
 from heatlens.lab.measure.bench.timing import ReportProgress
 from heatlens.lab.measure.metrics import score

@@ -17,7 +17,6 @@ from heatlens.media.plate.header.channel_choice import choose_color
 from heatlens.media.plate.header.channels import Header
 from heatlens.media.plate.header.entries import is_blurred
 from heatlens.media.plate.header.timecode import timecode_of
-from heatlens.media.plate.parts.picture_parts import picture_header
 from heatlens.media.sequence.sequence import Sequence
 
 _DEFAULT_OPTIONS = PlateOptions()
@@ -31,6 +30,8 @@ def read_color_header(
     Raises InputError if the file is missing, damaged or no EXR, or does not have these colors.
     """
     if is_picture(Path(path)):
+        from heatlens.media.plate.parts.picture_parts import picture_header
+
         return picture_header(Path(path), options.picture_curve, options.depth_side)
     layer, eye = options.color_layer, options.eye
     headers = read_headers(path)
@@ -72,12 +73,16 @@ def first_timecode(sequence: Sequence) -> tuple[int, Timecode] | None:
 def read_timing_headers(path: Path) -> list[Header]:
     """Return the headers that may hold timecode and frame rate: those of an EXR or of a movie."""
     if movie_of_frame(path) is not None:
+        from heatlens.media.plate.parts.picture_parts import picture_header
+
         return [picture_header(path)]
     return [] if is_picture(path) else read_headers(path)
 
 
 def is_marked_blurred(path: Path) -> bool:
     """Return whether heatlens wrote this picture through a lens; False if it cannot be read."""
+    from heatlens.media.plate.parts.picture_parts import picture_header
+
     try:
         headers = [picture_header(path)] if is_picture(path) else read_headers(path)
     except InputError:

@@ -5,9 +5,8 @@ from pathlib import Path
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.core.model.shot.reel import CutFocus, Reel, ReelShot
+from heatlens.core.model.shot.reel import CutFocus, EditOptions, Reel, ReelShot
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.documents.edit_file import EditOptions
 from heatlens.media.documents.reel_file import read_reel
 from heatlens.media.documents.shot_file import is_shot_file, read_shot
 from heatlens.studio.session.files.shot_stills import FirstPicture
