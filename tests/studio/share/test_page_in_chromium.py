@@ -108,6 +108,33 @@ def test_page_wheel_turns_before_the_session_answers(page):
     page.until(lambda: page.focus == page.turned, "the session that follows")
 
 
+def picture_opacity(page) -> float:
+    return float(page.run("return getComputedStyle(document.getElementById('picture')).opacity"))
+
+
+def test_page_dims_a_picture_that_is_not_that_of_the_numbers(page):
+    """The page withholds that pictures have arrived, so that no other one comes."""
+    page.at_rest()
+    page.run(
+        "window.held = []; const send = WebSocket.prototype.send;"
+        "WebSocket.prototype.send = function (text) {"
+        "  if (!window.held || !text.includes('got')) send.call(this, text);"
+        "  else window.held.push([this, text]); }"
+    )
+    for key in "]]":
+        before = page.focus
+        page.press(key)
+        page.until(lambda before=before: page.focus != before, "another focus")
+    page.until(lambda: page.has_class("behind") and picture_opacity(page) < 0.5, "the dimming")
+    shown = "return getComputedStyle(document.getElementById('behind')).visibility"
+    assert page.run(shown) == "visible" and page.text("behind") == "The picture follows"
+    page.run(
+        "const held = window.held; window.held = null; for (const [to, it] of held) to.send(it)"
+    )
+    page.until(lambda: not page.has_class("behind") and picture_opacity(page) == 1.0, "the picture")
+    assert page.run(shown) == "hidden"
+
+
 def test_page_has_a_button_and_a_key_for_every_overlay(page):
     buttons = "return [...document.querySelectorAll('#more button')].map((it) => it.textContent)"
     page.until(lambda: {it.words for it in OVERLAYS} <= set(page.run(buttons)), "the buttons")
@@ -174,12 +201,13 @@ def test_page_shows_a_message_when_the_server_ends(browser, tmp_path, size):
     browser.until(lambda: browser.focus, "the numbers")
     assert not browser.run("return document.getElementById('cut').offsetParent")
     served.stop()
-    browser.until(lambda: "goes on once it is there again" in browser.text("cut"), "the sentence")
+    browser.until(lambda: "Line lost, trying again." in browser.text("cut"), "the sentence")
     box = browser.run(
         "const b = document.getElementById('cut').getBoundingClientRect();"
-        "return [b.left, b.top, innerWidth - b.right, innerHeight - b.bottom, b.width]"
+        "return [b.left, b.top, b.right - innerWidth, b.bottom - innerHeight / 2]"
     )
-    assert min(box) > 0, box
+    assert box[:3] == [0, 0, 0] and box[3] < 0, box  # across the top
+    assert picture_opacity(browser) < 0.9
 
 
 @pytest.mark.parametrize("size", SIZES.values(), ids=SIZES)

@@ -109,8 +109,8 @@ def _lens(session: Session, make_still: Callable[[], str | None]) -> Iterator[Co
     )
     yield from in_group(
         *("Lens", "blur"),
-        page_command("Next quality", lens.next_quality, "Q", sheet="Blur and units"),
-        page_command("Next bokeh", lens.next_bokeh, "B", sheet="Blur and units"),
+        Command("Next quality", lens.next_quality, "Q"),
+        Command("Next bokeh", lens.next_bokeh, "B"),
     )
 
 

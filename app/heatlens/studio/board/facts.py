@@ -42,6 +42,7 @@ class Facts:
     shot              the current shot
     seen_shot         the shot of the picture: the current one, or one with trial values
     lens, has_lens    the lens at the playhead, and whether the keys give a possible one
+    lens_number       a number that changes with the lens and the frame
     frame             the frame at the playhead
     view              exposure, zoom, overlay, comparison
     crop              the share of a plate that a longer lens would show, to frame; else None
@@ -77,6 +78,7 @@ class Facts:
     seen_shot: Shot
     lens: Lens
     has_lens: bool
+    lens_number: int
     frame: int
     view: ViewState
     crop: float | None
@@ -119,6 +121,14 @@ class Facts:
         """True if the shown picture is complete, no preview."""
         picture = self.shown_picture
         return picture is not None and picture.is_whole and not self.is_rendering
+
+    @property
+    def shows_lens(self) -> bool:
+        """True if the shown picture is of this lens and frame; a look beside it has its own lens."""
+        picture = self.shown_picture
+        if picture is None or self.plays_cached_frames or self.view.a_look:
+            return picture is not None
+        return picture.frame == self.frame and picture.shot.lens_at(picture.frame) == self.lens
 
     @property
     def size_px(self) -> tuple[int, int] | None:
@@ -205,7 +215,7 @@ class FactsReader:
     ) -> None:
         self._source, self._editing, self._pictures = source, editing, pictures
         self._time, self._files, self._messages = time, files, messages
-        self._picture, self._picture_key = 0, object()
+        self._picture, self._lens_number = _Count(), _Count()
 
     def read(self) -> Facts:
         """Return the facts of this moment."""
@@ -217,6 +227,7 @@ class FactsReader:
             seen_shot=editing.seen_shot,
             lens=editing.lens,
             has_lens=editing.has_lens,
+            lens_number=self._lens_number.of((editing.lens, editing.frame)),
             frame=editing.frame,
             view=view.state,
             crop=time.scenes.size.crop,
@@ -240,7 +251,7 @@ class FactsReader:
             plate_version=picture.version,
             shape=source.picture_shape(shot),
             shown_picture=scheduler.shown_picture,
-            picture=self._count_pictures(scheduler.picture_key),
+            picture=self._picture.of(scheduler.picture_key),
             plays_cached_frames=plays_cached,
             is_live_alone=view.is_lens_alone and not plays_cached,
             is_rendering=scheduler.is_rendering,
@@ -250,8 +261,15 @@ class FactsReader:
             _distances=time.marks.distances,
         )
 
-    def _count_pictures(self, key: object) -> int:
-        """Return a number that grows whenever the key of the pictures has changed."""
-        self._picture += key != self._picture_key
-        self._picture_key = key
-        return self._picture
+
+class _Count:
+    """Counts the changes of a value."""
+
+    def __init__(self) -> None:
+        self._number, self._value = 0, object()
+
+    def of(self, value: object) -> int:
+        """Return a number that grows whenever the value is another one."""
+        self._number += value != self._value
+        self._value = value
+        return self._number

@@ -1,5 +1,6 @@
 """Write the facts of a session as entries of JSON: the protocol of pages and other programs."""
 
+import re
 from collections.abc import Sequence
 
 from heatlens.core.model.shot.look import Look
@@ -14,9 +15,19 @@ _DIGITS = 3  # decimals of the histogram's heights
 # The facts that are entries by their own names. One without a value is missing, but for `_NULL`.
 _PLAIN = (
     *("opening", "title", "message", "is_problem", "frame", "direction", "near_m", "far_m"),
-    *("view", "marks", "size_px", "is_whole", "picture", "hyperfocal_m", "keyed_focus_m"),
+    *(
+        "lens_number",
+        "view",
+        "marks",
+        "size_px",
+        "is_whole",
+        "picture",
+        "hyperfocal_m",
+        "keyed_focus_m",
+    ),
     *("timecode", "beats_left", "recorded_keys", "has_camera", "part_done"),
 )
+_NAMES_A_KEY = re.compile(r"\b(Ctrl|Shift)\+")
 _NULL = ("hyperfocal_m", "keyed_focus_m", "timecode", "part_done")  # null without a value
 
 
@@ -40,6 +51,7 @@ class StateJson:
 
     def _entries_of(self, facts: Facts, commands: tuple[CommandState, ...]) -> dict[str, object]:
         values = {name: getattr(facts, name) for name in _PLAIN}
+        values["message"] = _without_keys(facts.message)
         if facts.has_lens:
             values["lens"] = facts.lens
         plain = {name: to_json(value) for name, value in values.items() if value is not None}
@@ -72,6 +84,12 @@ class StateJson:
             self._histogram = histogram
             self._scale = None if histogram is None else _histogram_entry(histogram)
         return self._scale
+
+
+def _without_keys(message: str) -> str:
+    """Return a message without its sentences on keys, which a tablet does not have."""
+    sentences = re.split(r"(?<=\.) ", message)
+    return " ".join(it for it in sentences if not _NAMES_A_KEY.search(it))
 
 
 def _look_entry(look: Look) -> list[object]:

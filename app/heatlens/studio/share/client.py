@@ -223,7 +223,7 @@ class Client:
         file = await self._loop.run_in_executor(None, picture.encode, coding)
         kind = "image/png" if coding.quality is None else "image/jpeg"
         header = {"picture": picture.number, "frame": picture.frame, "type": kind}
-        header |= {"whole": picture.is_whole}
+        header |= {"whole": picture.is_whole, "lens_number": picture.lens_number}
         self._sent_at = time.monotonic()
         await self._socket.send_bytes(json.dumps(header).encode() + b"\n" + file)
 

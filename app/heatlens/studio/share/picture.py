@@ -33,14 +33,16 @@ class Coding:
 class Picture:
     """The pixels of the display window, (H, W, 4) display values, and the frame that they show.
 
-    number    counts the pictures of a server
-    is_whole  True for a picture at rest in the quality of `heatlens render`, sent without loss
+    number       counts the pictures of a server
+    is_whole     True for a picture at rest in the quality of `heatlens render`, sent without loss
+    lens_number  that of the state whose lens and frame it shows; 0 if a picture of these follows
     """
 
     number: int
     frame: int
     pixels: Pixels
     is_whole: bool
+    lens_number: int = 0
     _encoded: dict[Coding, bytes] = field(default_factory=dict)
     _lock: Lock = field(default_factory=Lock)
 

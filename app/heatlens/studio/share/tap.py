@@ -191,4 +191,6 @@ class Tap:
         """Return pixels as the picture of the current frame, with the next number."""
         last = self._shared.picture
         number = 1 if last is None else last.number + 1
-        return Picture(number, self._board.facts.frame, pixels, is_whole)
+        facts = self._board.facts
+        lens_number = facts.lens_number if facts.shows_lens else 0
+        return Picture(number, facts.frame, pixels, is_whole, lens_number)

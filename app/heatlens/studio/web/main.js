@@ -11,11 +11,14 @@ import { Wheel } from "./wheel.js";
 
 const SEND_MS = 16; // between two messages of a drag
 const NOTE_MS = 4000;
+const BEHIND_MS = 600; // without a new picture, until one of another lens is dimmed
 const STOP_PX = 26; // of a drag, for a third of a stop
 const $ = (id) => document.getElementById(id);
 const body = document.body;
 let pullFrames = 18;
 let noteTimer = 0;
+let behindTimer = 0;
+let shownNumber = 0; // of the lens and the frame that the picture shows
 
 /** Send the newest value only, as often as the line should carry. */
 function paced(send) {
@@ -29,7 +32,11 @@ function paced(send) {
   };
 }
 
-const shown = (bitmap, { whole }) => picture.show(bitmap, whole);
+const shown = (bitmap, { whole, lens_number: number }) => {
+  picture.show(bitmap, whole);
+  shownNumber = number;
+  watchPicture();
+};
 const link = new Link({ hello, state, problem, picture: shown, line });
 const focus = paced((distance) => link.do("Focus", { distance_m: toJson(distance) }));
 const focusAt = paced((x, y) => link.do("FocusAt", { x_px: x, y_px: y }));
@@ -45,8 +52,6 @@ const more = new More($("more"), link, page);
 
 // What is heard
 
-let whyCut = ""; // a sentence while the line is cut
-
 function hello({ role }) {
   body.classList.toggle("look", role !== "hand");
   wheel.isEnabled = picture.isEnabled = role === "hand";
@@ -55,9 +60,19 @@ function hello({ role }) {
 function line(isOpen, why) {
   body.classList.toggle("waiting", !isOpen);
   $("dot").title = isOpen ? "Connected" : "Waiting for heatlens";
-  whyCut = isOpen ? "" : why || whyCut || "heatlens cannot be reached.";
-  $("cut").textContent = isOpen ? "" : `${whyCut} This page goes on once it is there again.`;
+  if (isOpen || why) whyCut = why;
+  $("cut").textContent = `Line lost, trying again. ${whyCut}`.trim();
   $("cut").hidden = isOpen;
+}
+
+let whyCut = ""; // why heatlens has ended, while the line is cut
+
+/** Dim a picture that is not that of the numbers, unless others follow quickly. */
+function watchPicture() {
+  clearTimeout(behindTimer);
+  const isBehind = shownNumber !== link.state.lens_number;
+  if (isBehind) behindTimer = setTimeout(() => body.classList.add("behind"), BEHIND_MS);
+  else body.classList.remove("behind");
 }
 
 function problem(sentence) {
@@ -66,6 +81,7 @@ function problem(sentence) {
 
 function state(changed) {
   const now = link.state;
+  if ("lens_number" in changed) watchPicture();
   if ("shape" in changed || "guides" in changed) picture.describe(now.shape, now.guides);
   if ("table" in changed) {
     learnKeys(now.table, OWN);

@@ -11,11 +11,9 @@ from heatlens.core.model.shot.history import History
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import LensCurves, Shot
 
-_TRIAL_MESSAGE = "Only a trial at this frame, because auto key (A) is off. K keeps it as a key."
-_ALL_FRAMES_MESSAGE = (
-    "The focus is the same at all frames. K sets a key; after that each change sets one."
-)
-_KEY_MESSAGE = "A key of the focus was set at frame {}: auto key (A) is on."
+_TRIAL_MESSAGE = "Only a trial at this frame, because auto key is off. Set key keeps it."
+_ALL_FRAMES_MESSAGE = "The focus is the same at all frames. After Set key, each change sets a key."
+_KEY_MESSAGE = "A key of the focus was set at frame {}: auto key is on."
 _GESTURE_REST_S = 0.4  # notches of the wheel and repeated keys closer than this are one gesture
 
 
