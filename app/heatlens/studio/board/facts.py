@@ -124,7 +124,7 @@ class Facts:
 
     @property
     def shows_lens(self) -> bool:
-        """True if the shown picture is of this lens and frame; a look beside it has its own lens."""
+        """True if the shown picture is of this lens and frame; a look has a lens of its own."""
         picture = self.shown_picture
         if picture is None or self.plays_cached_frames or self.view.a_look:
             return picture is not None
@@ -220,16 +220,15 @@ class FactsReader:
     def read(self) -> Facts:
         """Return the facts of this moment."""
         source, editing, pictures, time = self._source, self._editing, self._pictures, self._time
-        picture, scheduler, ahead = source.picture, time.scheduler, time.frames_ahead
-        shot, view, plays_cached = editing.shot, pictures.view, ahead.plays_cached_frames
+        plays_cached = time.frames_ahead.plays_cached_frames
         return Facts(
-            shot=shot,
+            shot=editing.shot,
             seen_shot=editing.seen_shot,
             lens=editing.lens,
             has_lens=editing.has_lens,
             lens_number=self._lens_number.of((editing.lens, editing.frame)),
             frame=editing.frame,
-            view=view.state,
+            view=pictures.view.state,
             crop=time.scenes.size.crop,
             title=self._files.window_title,
             message=self._messages.text,
@@ -243,18 +242,18 @@ class FactsReader:
             opening=source.opener.opening or "",
             has_camera=source.has_camera,
             has_many_views=pictures.renderer.has_many_views,
-            is_black=picture.is_black,
+            is_black=source.picture.is_black,
             is_waiting=source.is_waiting,
             stream=source.stream,
             plate=source.plate,
-            histogram=picture.histogram,
-            plate_version=picture.version,
-            shape=source.picture_shape(shot),
-            shown_picture=scheduler.shown_picture,
-            picture=self._picture.of(scheduler.picture_key),
+            histogram=source.picture.histogram,
+            plate_version=source.picture.version,
+            shape=source.picture_shape(editing.shot),
+            shown_picture=time.scheduler.shown_picture,
+            picture=self._picture.of(time.scheduler.picture_key),
             plays_cached_frames=plays_cached,
-            is_live_alone=view.is_lens_alone and not plays_cached,
-            is_rendering=scheduler.is_rendering,
+            is_live_alone=pictures.view.is_lens_alone and not plays_cached,
+            is_rendering=time.scheduler.is_rendering,
             part_done=None if plays_cached else pictures.live.rendered_share,
             reference=pictures.references.current,
             _source=source,
