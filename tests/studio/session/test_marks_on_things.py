@@ -1,10 +1,15 @@
 """Marks on things of plates: picked by a click, measured on a thread, followed over frames."""
 
+from threading import Event
+
 import numpy as np
 import pytest
 
+from heatlens.core.base.background import wait_for_busy_threads
 from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.marks.marks import MarkAnchor, MatteMark, PointMark, WorldMark
+from heatlens.studio.session.marks import mark_measuring
+from heatlens.studio.session.marks.matte_light import FLASH_S
 from support.evening import begin_session, run_until, run_until_settled
 from support.mattes import matte_plate
 from support.walks import WALL_M, Walk
@@ -205,3 +210,48 @@ def test_place_turns_point_mark_into_a_world_mark(tmp_path):
     assert "follows A" in session.messages.text
     assert session.editing.shot.lens_at(1).focus_distance_m == pytest.approx(WALL_M, rel=0.1)
     session.close()
+
+
+def test_stopped_tracking_leaves_the_mark_and_reads_no_more_frames(card, monkeypatch):
+    session, walk = card
+    marks, tracking = session.time.marks, session.time.marks.anchors.tracking
+    x, y = walk.pixel(1)
+    point = set_mark(session, (round(x), round(y)))
+    has_read, goes_on, frames = Event(), Event(), []
+
+    def read(_cache, _options, frame):
+        frames.append(frame)
+        has_read.set()
+        assert goes_on.wait(60.0)
+        return session.source.plate
+
+    monkeypatch.setattr(mark_measuring, "plate_at", read)
+    marks.anchors.track(point, point)
+    assert has_read.wait(60.0) and tracking.mark == point
+    tracking.stop()
+    goes_on.set()
+    wait_for_busy_threads()
+    run_until_settled(session)
+    assert not marks.is_reading and session.editing.shot.marks == (point,)
+    assert len(frames) == 1 and "stopped" in session.messages.text
+
+
+def test_matte_of_a_new_mark_is_lit_for_a_moment_and_while_it_is_pointed_at(walk):
+    light, now_s = walk.time.marks.light, [10.0]
+    light._clock = lambda: now_s[0]
+    hero = set_mark(walk, (14, 10))
+    run_until(walk, lambda: light.matte is not None, "the light")
+    coverage, window = light.matte
+    assert coverage.shape == window.shape and 0.0 < coverage.mean() < 1.0
+    assert light.seconds_until_needed() == pytest.approx(FLASH_S)
+    now_s[0] += FLASH_S
+    run_until_settled(walk)
+    assert light.matte is None and light.seconds_until_needed() is None
+    light.pointed_name = hero.name
+    assert light.matte[0] is coverage  # nothing is read again
+    walk.time.timeline.go_to(FIRST + 1)
+    run_until(
+        walk, lambda: light.matte is not None and light.matte[0] is not coverage, "the next frame"
+    )
+    light.pointed_name = None
+    assert light.matte is None

@@ -1,5 +1,6 @@
 """A recorded focus pull: sampled at each frame, reduced to few keys, one step of undo."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import pytest
@@ -157,6 +158,30 @@ def test_recording_without_a_movement_changes_nothing(session):
     perform(session, distance_m=None)
     assert session.editing.history == before and "not moved" in session.messages.text
     assert session.time.recording.state is RecordingState.OFF
+
+
+def test_recording_begins_when_the_hand_takes_hold_and_keeps_keys_before(session):
+    """The focus goes from the last key before the hand to where the hand begins, without a jump."""
+    shot = session.facts.shot
+    for frame, distance_m in ((FIRST, 2.0), (FIRST + 6, 8.0), (LAST, 2.0)):
+        shot = shot.with_key(frame, FOCUS, distance_m)
+    session.editing.begin(shot)
+    recording, timeline, start = session.time.recording, session.time.timeline, FIRST + 10
+    recording.arm()
+    timeline.play(1)
+    for frame in range(FIRST, LAST + 1):
+        timeline.move_playhead(frame)
+        recording.poll()
+        if frame >= start:
+            session.lens.commands.focus(3.0 + 0.1 * (frame - start))
+        recording.poll()
+    assert recording.samples[0] == (start, 3.0)
+    timeline.playback.stop()
+    recording.poll()
+    keys = focus_keys(session)
+    assert [(key.frame, key.value) for key in keys[:2]] == [(FIRST, 2.0), (FIRST + 6, 8.0)]
+    dioptres = [1 / session.facts.shot.lens_at(n).focus_distance_m for n in range(FIRST, LAST + 1)]
+    assert max(abs(b - a) for a, b in pairwise(dioptres)) < 0.15
 
 
 def test_recording_sets_keys_only_where_focus_moves_and_eases_ends(session):

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from imgui_bundle import imgui
 
@@ -204,6 +205,36 @@ def test_follow_button_sets_focus_keys_for_all_frames(gui):
     for key in keys:
         assert key.value == pytest.approx(BALL_M * relative_distance(int(key.frame)), rel=5e-3)
     assert undo_count(gui) == 2
+
+
+def test_mark_that_is_tracked_has_a_button_that_stops(gui, monkeypatch):
+    ctrl_shift_click(gui, POST)
+    (mark,), tracking, stops = marks(gui), gui.session.time.marks.anchors.tracking, []
+    monkeypatch.setattr(type(tracking), "is_busy", property(lambda _: not stops))
+    monkeypatch.setattr(tracking, "mark", mark)
+    monkeypatch.setattr(tracking, "stop", lambda: stops.append(mark))
+    gui.drawn.pop(f"follow {mark.name}", None)
+    gui.frame(2)
+    assert f"follow {mark.name}" not in gui.drawn
+    gui.click(gui.middle(f"stop {mark.name}"))
+    assert stops == [mark] and f"follow {mark.name}" in gui.drawn
+
+
+def test_lit_matte_tints_its_part_of_the_picture_alone(gui, monkeypatch):
+    gui.settled()
+    gui.move(gui.middle("focus bar"))
+    gui.frame(2)
+    before = gui.screenshot().astype(int)
+    window = gui.session.facts.plate.data_window
+    coverage = np.zeros(window.shape, np.float32)
+    coverage[:, : window.width // 2] = 1.0
+    light = gui.session.time.marks.light
+    monkeypatch.setattr(type(light), "matte", (coverage, window))
+    gui.frame(2)
+    x0, y0, x1, y1 = (round(value) for value in gui.rect("lit matte"))
+    change = (gui.screenshot().astype(int) - before)[y0 + 4 : y1 - 4]
+    assert change[:, x0 + 4 : (x0 + x1) // 2 - 8].any(-1).mean() > 0.9
+    assert not change[:, (x0 + x1) // 2 + 8 : x1].any()
 
 
 def test_live_button_follows_until_make_keys_or_let_go(gui):

@@ -279,6 +279,24 @@ def test_value_is_shown_above_the_dragged_key(gui):
     gui.release()
 
 
+def test_key_dragged_with_shift_goes_onto_the_line_of_a_mark_that_is_near(gui):
+    shot = gui.session.facts.shot
+    gui.session.editing.begin(replace(shot, marks=(DistanceMark("A", 2.2),)))
+    gui.frame(3)
+    x, y = key_position(gui, 1004)
+    rise = pixels_per_dioptre(gui) * (1 / 2.2 - 1 / 3.0)  # down to the mark
+    gui.press((x, y))
+    gui.hold(K.mod_shift)
+    gui.move((x, y + rise + 6))
+    assert focus_keys(gui)[1004] == pytest.approx(2.2, rel=1e-6)
+    gui.move((x, y + rise + 60))
+    assert focus_keys(gui)[1004] < 2.0  # farther away than it reaches
+    gui.hold(K.mod_shift, down=False)
+    gui.move((x, y + rise + 6))
+    gui.release()
+    assert focus_keys(gui)[1004] != pytest.approx(2.2, rel=1e-4) and undo_count(gui) == 1
+
+
 def test_handle_without_influence_can_be_dragged_beside_its_key(gui):
     gui.do("Select all keys")
     gui.do("Interpolate bezier after key")

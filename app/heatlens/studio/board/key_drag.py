@@ -91,6 +91,11 @@ class KeyDrag(KeyGesture[_KeyDragStart]):
         )
 
     @property
+    def pressed_key(self) -> KeyId | None:
+        """The key at which the mouse button was pressed; None without one."""
+        return None if self._start is None else self._start.key
+
+    @property
     def is_dragging(self) -> bool:
         """True while the mouse button is down."""
         return self._start is not None

@@ -14,7 +14,7 @@ from heatlens.render.display.screen_pictures import ScreenPictures, layer_limits
 from heatlens.render.gpu.device import Framebuffer, Sampling
 from heatlens.render.rendered_frames.screen_work import ScreenWork
 from heatlens.studio.board.board import Board
-from heatlens.studio.board.controls import LensControl, PictureControl
+from heatlens.studio.board.controls import LensControl, PictureControl, TimeControl
 from heatlens.studio.board.lessons import Lessons
 from heatlens.studio.board.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook
 from heatlens.studio.ui import rects, theme
@@ -26,6 +26,7 @@ from heatlens.studio.ui.picture.grid import Pictures
 from heatlens.studio.ui.picture.guides_over import draw_beat, draw_guides
 from heatlens.studio.ui.picture.held_alone import HeldAlone
 from heatlens.studio.ui.picture.legend import draw_legend, legend_facts
+from heatlens.studio.ui.picture.lit_matte import MatteDrawer
 from heatlens.studio.ui.picture.loupe import Loupe, draw_flag_loupe
 from heatlens.studio.ui.picture.notices import draw_lessons, draw_notice, draw_waiting
 from heatlens.studio.ui.picture.pixel_values import draw_ruler
@@ -51,6 +52,7 @@ class PictureWindow:
         screen: ScreenPictures,
         cached_screen: ScreenWork,
         lens: LensControl,
+        time: TimeControl,
         is_keyboard_taken: Callable[[], bool],
     ) -> None:
         self._board, self._control = board, control
@@ -68,6 +70,7 @@ class PictureWindow:
         self.alt = HeldAlone(imgui.Key.mod_alt, is_keyboard_taken=is_keyboard_taken)
         self.ctrl = HeldAlone(imgui.Key.mod_ctrl, _KEYS_WITH_CTRL)
         self.fade = PictureFade(ctx)
+        self._light, self._matte_drawer = time.marks.light, MatteDrawer(ctx)
         self._is_bar_dragged = False  # the focus bar is dragged
         self.pictures: Pictures | None = None  # the pictures shown in this frame
 
@@ -131,6 +134,7 @@ class PictureWindow:
         assert histogram is not None
         lens, pointed_mark = focus_bar(facts, histogram, corner, size, self._ui.pull_target)
         self._is_bar_dragged = imgui.is_item_active()
+        self._light.pointed_name = pointed_mark
         if pointed_mark is not None:
             self._draw_mark_loupe(pointed_mark)
         if lens != facts.lens:
@@ -171,6 +175,7 @@ class PictureWindow:
         if not pictures.tiles:
             draw_ruler(self._control, self._board.facts, self.hovered_px)
         if not (pictures.tiles or hides_words):
+            self._matte_drawer.draw(self._light.matte, self._board.facts, picture_view)
             draw_point_marks(self._board.facts, self._control.view)
             self._draw_legend()
             self._draw_loupe(pictures)

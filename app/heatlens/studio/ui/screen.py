@@ -72,7 +72,7 @@ class Screen:
         lessons = Lessons(session.editing, time.marks)
         self.picture = PictureWindow(
             *(board, control, lessons, self.ui, self._pictures, cached_screen),
-            *(session.lens, is_keyboard_taken),
+            *(session.lens, session.time, is_keyboard_taken),
         )
         self.status = StatusBar(board, control, self.ui, cached_screen)
         self._panels = DockedPanels(session, board, self.ui, self._pictures)

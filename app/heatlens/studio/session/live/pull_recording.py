@@ -1,9 +1,10 @@
 """Record a focus pull while the shot plays, and reduce it to a few keys when it stops.
 
 Once armed, it waits for the shot to play, counts 3, 2, 1, and then records the user's focus at each
-frame. At the end the samples become keys within a tolerance, which can be changed until something
-else changes the shot. All of this is one undo step. If a lens ring is followed, its samples are
-placed by their timecode, and its iris and focal length become keys too.
+frame from the first movement on; keys before that stay. At the end the samples become keys within a
+tolerance, which can be changed until something else changes the shot. All of this is one undo step.
+If a lens ring is followed, its samples are placed by their timecode, and its iris and focal length
+become keys too.
 """
 
 import math
@@ -59,6 +60,7 @@ class PullRecording(Commands, Worker):
         self._timeline, self._rows, self._ring = timeline, rows, ring
         self._is_armed = False
         self._samples: dict[float, float] = {}  # focus distance in m by frame
+        self._last_frame: int | None = None  # the latest frame that was played while recording
         self._direction = 1
         self._history_at_start = self._editing.history  # the undo history at the start
         self._recorded_pull: RecordedPull | None = None
@@ -181,7 +183,7 @@ class PullRecording(Commands, Worker):
 
     def _begin_count_in(self) -> None:
         """Remember the state before the recording, stop playback and begin the count-in."""
-        self._is_armed, self._samples = False, {}
+        self._is_armed, self._samples, self._last_frame = False, {}, None
         self._direction = self._timeline.playback.direction
         self._editing.settle()
         self._history_at_start = self._editing.history
@@ -201,19 +203,35 @@ class PullRecording(Commands, Worker):
         return is_playing
 
     def _record_sample(self, is_playing: bool) -> None:
-        """Record a sample; end the recording if playback stops or wraps around."""
+        """Record a sample once the focus was moved; end if playback stops or wraps around."""
         frame, playback = self._editing.frame, self._timeline.playback
         self._ring.poll()
-        last_frame = next(reversed(self._samples), None)
+        last_frame, self._last_frame = self._last_frame, frame
         has_turned = playback.direction not in (0, self._direction)
         if last_frame is not None and (has_turned or (frame - last_frame) * self._direction < 0):
             playback.stop()
-            self._timeline.move_playhead(int(last_frame))
+            self._timeline.move_playhead(last_frame)
             self._end_recording()
             return
-        self._samples[frame] = self._editing.lens.focus_distance_m
+        self._add_sample(frame)
         if not is_playing:
             self._end_recording()
+
+    def _add_sample(self, frame: int) -> None:
+        """Add the focus at a frame, if the hand has taken hold.
+
+        Until then only the last two frames are kept, and those only without an earlier key: a
+        pull by hand begins where the focus was.
+        """
+        performance = self._editing.performance
+        if performance is None or performance.focus_distance_m is None:
+            keys = self._editing.shot.curves.focus_distance_m.keys
+            earlier = [sample for sample in self._samples.items() if sample[0] != frame]
+            has_key_before = any(key.frame < frame for key in keys)
+            self._samples = {} if has_key_before else dict(earlier[-1:])
+            if has_key_before:
+                return
+        self._samples[frame] = self._editing.lens.focus_distance_m
 
     def _end_recording(self) -> None:
         """End the performance; set the keys, or notify the user that the focus was not moved."""

@@ -34,6 +34,7 @@ from heatlens.studio.session.marks.mark_measuring import (
     named_after_thing,
     smooth_distances,
 )
+from heatlens.studio.session.marks.matte_light import MatteLight
 from heatlens.studio.session.scenes.following import PointMeasurement
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shared import Commands, Shared
@@ -59,6 +60,7 @@ class MarkCommands(Commands, Worker):
         self._matte_receiver: Callable[[str], None] | None = None  # is given the next clicked matte
         self.matte_distances = MatteDistances(self._wake)
         self.live = LiveFollowing(shared)
+        self.light = MatteLight(shared)
         self.distances = MarkDistances(shared, timeline, scenes, self.matte_distances)
         self.pulls = FocusPulls(shared, timeline, self.distances, self.live)
         self.workers: tuple[Worker, ...] = (
@@ -66,6 +68,7 @@ class MarkCommands(Commands, Worker):
             self.matte_distances,
             self.anchors.tracking,
             self.live,
+            self.light,
             self.distances,
         )
 
@@ -134,6 +137,7 @@ class MarkCommands(Commands, Worker):
     def _add(self, mark: Mark) -> None:
         """Add a mark to the shot, and make it the target of the next pull, and notify the user."""
         self.pulls.note_new_mark(mark.name)
+        self.light.flash(mark.name)
         self._editing.do(replace(self._editing.shot, marks=(*self._editing.shot.marks, mark)))
         anchor = MarkAnchor.of(mark)
         held_words = "" if anchor is None else f" on the {anchor}"

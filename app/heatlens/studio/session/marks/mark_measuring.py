@@ -11,9 +11,10 @@ from dataclasses import replace
 from functools import partial
 from itertools import count
 from math import inf
+from threading import Event
 
 from heatlens.core.base.background import Background
-from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.core.base.messages import Worker
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.focus.live_focus import Distances
@@ -21,6 +22,7 @@ from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import MatteMark, ObjectMark, PointMark, distance_at_m
 from heatlens.core.model.marks.track_mark import TrackMark
 from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.frame_cache.cache import FrameCache
 from heatlens.media.plate.mattes.mattes import thing_at
@@ -71,6 +73,8 @@ class SurfaceTracking(Commands, Worker):
         super().__init__(shared)
         self._receive = receive
         self._tracker: Background[tuple[Mark, TrackMark]] = Background(self._wake)
+        self._stop = Event()  # ends the tracking on the thread
+        self.mark: Mark | None = None  # the mark that is tracked, as it was at the start
         self._progress = self._reported_progress = ""  # how far the thread is
 
     @property
@@ -80,10 +84,20 @@ class SurfaceTracking(Commands, Worker):
 
     def start(self, old_mark: Mark, mark: TrackMark, cache: FrameCache, frames: FrameRange) -> None:
         """Begin to track `mark` through the frames; the tracked mark replaces `old_mark`."""
-        read_frame = partial(plate_at, cache, reading_options(self._source))
+        self.stop()
+        self._stop, self.mark = Event(), old_mark
+        read_frame = partial(_read_unless_stopped, self._stop, cache, reading_options(self._source))
         self._tracker.start(
             lambda: (old_mark, track_mark(mark, frames, read_frame, self._note_progress))
         )
+
+    def stop(self) -> None:
+        """End the tracking; the mark stays as it was."""
+        if self.is_busy:
+            self._stop.set()
+            self._tracker.cancel()
+            self._reported_progress = self._progress
+            self._notify("The tracking is stopped; the mark is as before.")
 
     def _note_progress(self, words: str) -> None:
         """Note how far the tracking is; called on the thread."""
@@ -97,6 +111,15 @@ class SurfaceTracking(Commands, Worker):
             self._notify(self._reported_progress)
         if (marks := self._tracker.poll()) is not None:
             self._receive(*marks)
+
+
+def _read_unless_stopped(
+    stop: Event, cache: FrameCache, options: PlateOptions, frame: int
+) -> Plate:
+    """Return the plate of a frame. Raises InputError once `stop` is set."""
+    if stop.is_set():
+        raise InputError("The tracking is stopped.")
+    return plate_at(cache, options, frame)
 
 
 _SLICE_S = 0.02

@@ -14,6 +14,7 @@ _HOLD_EM, _WIDEST_HOLD = 6.0, "surface    "
 _FOLLOW_TIP = "Keys the focus on it at every frame from in to out; frames not in memory are read."
 _LIVE_TIP = "Keeps the focus on it in place of keys: changed plates, marks or lenses change it."
 _CORRECT_TIP = "Ctrl+Shift+click then tells where the surface is at this frame."
+_STOP_TIP = "Ends the tracking of the surface; the mark stays as it was."
 _PART_TIP = "The part of the object that is measured: its middle, or its nearest part."
 _GAP = 4.0  # between the buttons of a mark, in pixels
 _HOLD_TIP = (
@@ -27,7 +28,12 @@ def mark_row_controls(control: TimeControl, mark: Mark) -> None:
     commands = control.marks
     if widgets.button(f"focus##{mark.name}", f"go {mark.name}"):
         commands.focus_on(mark)
-    if not isinstance(mark, DistanceMark):
+    tracking = commands.anchors.tracking
+    if tracking.is_busy and tracking.mark == mark:
+        same_line_if_fits("stop tracking")
+        if widgets.button(f"stop tracking##{mark.name}", f"stop {mark.name}", _STOP_TIP):
+            tracking.stop()
+    elif not isinstance(mark, DistanceMark):
         same_line_if_fits("follow")
         with widgets.disabled(commands.is_reading):
             if widgets.button(f"follow##{mark.name}", f"follow {mark.name}", _FOLLOW_TIP):

@@ -4,39 +4,40 @@ Infinity is at the top, and equal heights are equal turns of the ring, see `curv
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
 from itertools import pairwise
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.core.base.outside_text import printable
 from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.keys.key_choice import KeyId, KeySelection, key_of, move_keys
-from heatlens.core.model.marks.marks import DistanceMark
 from heatlens.core.model.shot.focus_track import Sample
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import RecordingState
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.board.controls import TimeControl
-from heatlens.studio.board.key_drag import KeyPositions, nearest_key
+from heatlens.studio.board.key_drag import KeyPositions, Move, nearest_key
 from heatlens.studio.ui import rects, theme
 from heatlens.studio.ui.timeline.curve_axis import AXES, CurveAxis, raise_keys
-from heatlens.studio.ui.timeline.curve_handles import Heights, draw_handles
+from heatlens.studio.ui.timeline.curve_handles import (
+    Heights,
+    Line,
+    corners_of,
+    draw_handles,
+    screen_points,
+)
+from heatlens.studio.ui.timeline.curve_marks import MarkSnap, draw_marks, mark_levels
 from heatlens.studio.ui.timeline.dope_sheet import draw_keys, handle_key_drag, stretch_grips
 from heatlens.studio.ui.timeline.recording_row import draw_recorded, recorded_range
 from heatlens.studio.ui.timeline.view import TimelineView, TimeScale
 
 _SAMPLE_PX, _MARGIN_SHARE = 4.0, 0.12
-_GRIP_MARGIN_EM = 1.4  # space at the edges for the grip of the selected keys
 _ZOOM, _MIN_ZOOM_SHARE = (
     1.25,
     0.1,
 )  # zoom factor of one notch; smallest range, as a share of the usual
-_NAME_GAP = 0.5  # em
 _VALUE_RISE_EM = 1.6  # how far above a key its value is drawn
+_SNAP_EM = 1.2  # how near to the line of a mark a key goes there with Shift
 _MIN_DRAG_PX = 3.0  # a smaller vertical movement of the mouse does not change the value of a key
-Line = Sequence[tuple[float, float]]  # (frame, level on the axis)
 
 
 def curve_editor(
@@ -64,17 +65,10 @@ def curve_editor(
         draw_recorded(control, scale, heights)
     _draw_line(scale, heights, line, theme.colors.accent, 0.12)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
-        _draw_marks(control, scale, heights)
+        draw_marks(control, scale, heights)
     draw_handles(control, axis, scale, heights)
     key_positions = _key_positions(control.editing.shot, axis, scale, heights)
-
-    def move(
-        shot: Shot, selection: KeySelection, frames: int, up: float
-    ) -> tuple[Shot, KeySelection]:
-        """Return the shot and selection with the keys moved by `frames` and up by pixels."""
-        level_change = up / heights.px_per_level if abs(up) > _MIN_DRAG_PX else 0.0
-        return move_keys(raise_keys(shot, selection, axis, level_change), selection, frames)
-
+    move = _move_function(control, view, axis, heights)
     stretch_grips(view.stretch, scale, corner.y, height)
     handle_key_drag(view.drag, scale, corner.y, height, key_positions, move)
     draw_keys(control, view.drag, scale, key_positions, corner.y, height)
@@ -82,12 +76,31 @@ def curve_editor(
     _handle_pointer(view, axis, scale, heights)
 
 
+def _move_function(
+    control: TimeControl, view: TimelineView, axis: CurveAxis, heights: Heights
+) -> Move:
+    """Return the function that moves the chosen keys; with Shift it puts them onto marks."""
+
+    def move(
+        shot: Shot, selection: KeySelection, frames: int, up: float
+    ) -> tuple[Shot, KeySelection]:
+        """Return the shot and selection with the keys moved by `frames` and up by pixels."""
+        level_change = up / heights.px_per_level if abs(up) > _MIN_DRAG_PX else 0.0
+        if imgui.get_io().key_shift and axis.parameter is LensParameter.FOCUS_DISTANCE:
+            reach = _SNAP_EM * imgui.get_font_size() / heights.px_per_level
+            snap = MarkSnap(control, view.drag.pressed_key, frames, reach)
+            level_change = snap.level_change(shot, axis, level_change)
+        return move_keys(raise_keys(shot, selection, axis, level_change), selection, frames)
+
+    return move
+
+
 def _handle_pointer(
     view: TimelineView, axis: CurveAxis, scale: TimeScale, heights: Heights
 ) -> None:
     """Note whether the pointer is over the curve; zoom the values with Alt and the wheel."""
     io = imgui.get_io()
-    is_hovered = imgui.is_mouse_hovering_rect(*_corners(scale, heights))
+    is_hovered = imgui.is_mouse_hovering_rect(*corners_of(scale, heights))
     view.is_hovered = is_hovered and imgui.is_window_hovered()
     if view.is_hovered and io.key_alt and io.mouse_wheel:
         pointer_level, factor = heights.level_at(io.mouse_pos.y), _ZOOM**-io.mouse_wheel
@@ -149,21 +162,13 @@ def _levels_to_fit(
     keys = control.editing.shot.curves.of(axis.parameter).keys
     levels = [level for _, level in line] + [axis.level_of(key.value) for key in keys]
     levels += recorded_range(control) if samples else []
-    levels += _mark_levels(control) if samples and (frames_all or not keys) else []
+    levels += mark_levels(control) if samples and (frames_all or not keys) else []
     low, high = min(levels), max(levels)
     range_dioptres = max((sample.near - sample.focus for sample in samples), default=0.0)
     span = max(high - low + 2 * min(range_dioptres, high - low + axis.min_span), axis.min_span)
     center = (low + high) / 2
     low = max(center - span * (0.5 + _MARGIN_SHARE), axis.top_level)
     return low, max(center + span * (0.5 + _MARGIN_SHARE), low + axis.min_span)
-
-
-def _mark_levels(control: TimeControl) -> list[float]:
-    """Return the distances of all marks at all known frames, as levels of the focus axis."""
-    marks = control.editing.shot.marks
-    levels = [1.0 / mark.distance_m for mark in marks if isinstance(mark, DistanceMark)]
-    lines = [line for track in control.mark_tracks() for line in track.lines]
-    return levels + [level for line in lines for _, level in line]
 
 
 def _key_positions(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heights) -> KeyPositions:
@@ -180,7 +185,7 @@ def _key_positions(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heigh
 def _draw_background(unit: str, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
     """Draw the background with the labeled values of the axis."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    corner, end = _corners(scale, heights)
+    corner, end = corners_of(scale, heights)
     draw.add_rect_filled(corner, end, theme.colors.groove)
     last_y = end.y + em
     levels_apart = 1.1 * em / heights.px_per_level
@@ -194,23 +199,10 @@ def _draw_background(unit: str, axis: CurveAxis, scale: TimeScale, heights: Heig
             last_y = y
 
 
-def _corners(scale: TimeScale, heights: Heights) -> tuple[ImVec2, ImVec2]:
-    """Return the top left and the bottom right corner of the curves' area."""
-    end = ImVec2(scale.x + scale.width, heights.y + heights.height)
-    return ImVec2(scale.x, heights.y), end
-
-
-def _screen_points(
-    scale: TimeScale, heights: Heights, levels: Iterable[tuple[float, float]]
-) -> Iterator[ImVec2]:
-    """Return the screen positions of points (frame, level)."""
-    return (ImVec2(scale.x_at(frame), heights.line_y(level)) for frame, level in levels)
-
-
 def _draw_sharp_range(scale: TimeScale, heights: Heights, samples: tuple[Sample, ...]) -> None:
     """Draw the depth of field as a band between its limits."""
     draw = imgui.get_window_draw_list()
-    draw.push_clip_rect(*_corners(scale, heights), True)
+    draw.push_clip_rect(*corners_of(scale, heights), True)
     old_flags, draw.flags = draw.flags, 0  # or each seam between two quads would be drawn twice
     for a, b in pairwise(samples):
         x0, x1 = scale.x_at(a.frame), scale.x_at(b.frame)
@@ -231,70 +223,7 @@ def _draw_sharp_range(scale: TimeScale, heights: Heights, samples: tuple[Sample,
 def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, em: float) -> None:
     """Draw a line of points (frame, level), clipped to the editor."""
     draw = imgui.get_window_draw_list()
-    draw.push_clip_rect(*_corners(scale, heights), True)
+    draw.push_clip_rect(*corners_of(scale, heights), True)
     width = em * imgui.get_font_size()
-    draw.add_polyline([*_screen_points(scale, heights, line)], color, width, 0)
+    draw.add_polyline([*screen_points(scale, heights, line)], color, width, 0)
     draw.pop_clip_rect()
-
-
-def _draw_marks(control: TimeControl, scale: TimeScale, heights: Heights) -> None:
-    """Draw the distances of the marks: fixed ones as lines, others at the known frames."""
-    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    corner, end = _corners(scale, heights)
-    names = _NameDrawer(corner.y)
-    draw.push_clip_rect(corner, end, True)
-    lines: list[tuple[str, Line]] = []
-    for track in control.mark_tracks():
-        for line_before in track.lines[:-1]:
-            draw.add_polyline(
-                [*_screen_points(scale, heights, line_before)], theme.colors.mark, 0.1 * em, 0
-            )
-        lines += [(track.name, line) for line in track.lines[-1:]]
-        for bridge in track.bridges:
-            _draw_dashes(_screen_points(scale, heights, bridge), 0.5 * em)
-    for mark in control.editing.shot.marks:
-        if isinstance(mark, DistanceMark):
-            level = 1.0 / mark.distance_m
-            lines.append((mark.name, ((scale.first, level), (scale.last, level))))
-    for name, line in sorted(lines, key=lambda named_line: named_line[1][-1][1]):
-        draw.add_polyline([*_screen_points(scale, heights, line)], theme.colors.mark, 0.1 * em, 0)
-        x = min(scale.x_at(line[-1][0]), end.x) - _GRIP_MARGIN_EM * em
-        if heights.top_level <= line[-1][1] <= heights.bottom_level:
-            names.draw(name, x, heights.y_at(line[-1][1]), theme.colors.mark)
-    draw.pop_clip_rect()
-
-
-def _draw_dashes(ends: Iterable[ImVec2], dash_px: float) -> None:
-    """Draw a dashed line, for a mark that is hidden between two frames."""
-    start, end = ends
-    draw, count = imgui.get_window_draw_list(), max(int(math.dist(start, end) / dash_px), 1)
-    for index in range(0, count, 2):
-        a, b = (
-            start + (end - start) * (number / count) for number in (index, min(index + 1, count))
-        )
-        draw.add_line(a, b, theme.colors.mark, 0.2 * dash_px)
-
-
-@dataclass
-class _NameDrawer:
-    """Draws names of lines above their right ends, but below `top`, and left of other names."""
-
-    top: float
-    name_rects: list[rects.Rect] = field(default_factory=list)
-
-    def draw(self, name: str, right_x: float, y: float, color: int) -> None:
-        """Draw a name that ends at `end` or left of it, over a line at `y`."""
-        em, text = imgui.get_font_size(), printable(name)
-        width, y0 = imgui.calc_text_size(text).x, max(y - em, self.top)
-        for left, top, right, bottom in sorted(self.name_rects, reverse=True):
-            if (
-                top < y0 + em
-                and y0 < bottom
-                and left < right_x + _NAME_GAP * em
-                and right_x - width < right
-            ):
-                right_x = left - _NAME_GAP * em
-        rect = right_x - width, y0, right_x, y0 + em
-        self.name_rects.append(rect)
-        rects.note_at(f"name {name} on the curve", rect)
-        imgui.get_window_draw_list().add_text(ImVec2(rect[0], y0), color, text)

@@ -1,7 +1,7 @@
 """Draw the Bezier handles of a curve, which the user drags to bend it between two keys."""
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from imgui_bundle import ImVec2, imgui
@@ -16,6 +16,7 @@ from heatlens.studio.ui.timeline.curve_axis import CurveAxis
 from heatlens.studio.ui.timeline.view import TimeScale
 
 _TIP_EM, _REACH_EM = 0.36, 0.9  # radius of a tip, and of the circle in which it can be clicked
+Line = Sequence[tuple[float, float]]  # (frame, level on the axis)
 _MIN_LENGTH_EM = 1.7  # smallest distance of a tip from its key, so that both can be clicked
 
 
@@ -47,6 +48,19 @@ class Heights:
     def level_at(self, y: float) -> float:
         """Return the level at a screen position y."""
         return self.top_level + (y - self.y) / self.px_per_level
+
+
+def corners_of(scale: TimeScale, heights: Heights) -> tuple[ImVec2, ImVec2]:
+    """Return the top left and the bottom right corner of the curves' area."""
+    end = ImVec2(scale.x + scale.width, heights.y + heights.height)
+    return ImVec2(scale.x, heights.y), end
+
+
+def screen_points(
+    scale: TimeScale, heights: Heights, levels: Iterable[tuple[float, float]]
+) -> Iterator[ImVec2]:
+    """Return the screen positions of points (frame, level)."""
+    return (ImVec2(scale.x_at(frame), heights.line_y(level)) for frame, level in levels)
 
 
 @dataclass(frozen=True)
