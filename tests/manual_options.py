@@ -18,7 +18,7 @@ _HEAD = """\
 `heatlens COMMAND --help` shows what most users need, `--help GROUP` a group of these options, and
 `--help-all` every option.
 """
-_OF_EVERY_COMMAND = ("--help", "--help-all", "--quiet", "--run-networks")
+_OF_EVERY_COMMAND = ("--help", "--help-all", "--quiet", "--verbose", "--run-networks")
 _EVERY_COMMAND = "every command"
 
 

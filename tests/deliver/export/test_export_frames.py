@@ -55,7 +55,7 @@ def test_export_of_still_covers_all_key_frames(capsys, tmp_path, out):
 def test_export_of_plates_without_shot_uses_one_lens(capsys, shot_file, out, tmp_path):
     pattern = tmp_path / "plates" / "plate.####.exr"
     words = ("--bokeh", "heat", "--quality", "draft", "--f-stop", "1.4")
-    message = export_shot(capsys, pattern, out, *words, "--frames", "1002-1003")
+    message = export_shot(capsys, pattern, out, *words, "--frames", "1002-1003", "-v")
     assert "f/1.4 (--f-stop)" in message and "focus 2.24 m (header, focus)" in message
     lens = replace(read_shot(shot_file).lens, focus_distance_m=float(np.float32(2.24)))
     shot = Shot(lens, defocus=QUICK, source=str(pattern))

@@ -61,7 +61,7 @@ def test_doubt_is_warned_once_per_source_and_kept_as_note(in_centimetres):
     messages = warnings_of(lambda: source.render(**FAR_LENS))
     assert [sentence for sentence in messages if sentence.startswith(DOUBT)]
     assert set(messages) <= set(source.notes)
-    assert any(note.startswith("depth: Z taken as distance, planar.") for note in source.notes)
+    assert any(note.startswith("depth: Z, metres, ") for note in source.notes)
     assert warnings_of(lambda: source.render(**FAR_LENS)) == []
     assert warnings_of(lambda: heatlens.open(in_centimetres).render(**FAR_LENS)) == messages
 

@@ -171,7 +171,7 @@ def test_sigint_stops_render_process_without_output(tmp_path):
     depth_message, lens_message = process.stderr.readline(), process.stderr.readline()
     process.send_signal(signal.SIGINT)
     out, err = process.communicate()
-    assert depth_message.startswith("heatlens: depth: Z taken as distance, planar. ")
+    assert depth_message.startswith("heatlens: depth: Z, metres, 1 to 20")
     assert lens_message.startswith("heatlens: lens: ")
     assert (process.returncode, out, err) == (130, "", "heatlens: stopped\n")
     assert set(folder_of(plate)) == {"large.exr"}

@@ -122,8 +122,7 @@ def test_shot_new_takes_frames_and_lens_from_plates(capsys, folder):
     assert shot.lens == Lens(50.0, 2.0, math.inf, 36.0)
     assert shot.frames == FrameRange(1001, 1004)
     assert shot.source == str(folder / "plate.####.exr")
-    assert "focal length 50" in message
-    assert "focus inf (--focus-distance)" in message
+    assert "lens: 50 mm, f/2, focus inf\n" in message
     shot_of_frame, _ = new_shot(capsys, "--focus-at", "3,5", "--overwrite", plate="plate.1002.exr")
     assert (shot_of_frame.frames, shot_of_frame.source) == (shot.frames, shot.source)
     assert shot_of_frame.lens.focus_distance_m == 4.0  # column x is x + 1 metres away

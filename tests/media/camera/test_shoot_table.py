@@ -214,7 +214,7 @@ def test_shoot_table_notes_columns_that_disagree(tmp_path):
 def test_shot_new_reports_where_lens_values_came_from(table, tmp_path, capsys):
     plate = write_plate_to_depth(tmp_path / "p.1001.exr", 64)
     words = ["shot", "new", plate, "-o", tmp_path / "s.heatlens.json", "--overwrite"]
-    words += ["--focal-length", 50]
+    words += ["--focal-length", 50, "--verbose"]
     take = f"{table('sony')}@1001"
     stderr = stderr_of_run(capsys, 0, *words, "--lens-from", take, "--key", "f-stop@1001=4")
     for words in (f"focus 1.777 m ({take})", "f/4 (--key)", "length 50 mm (--focal-length)"):

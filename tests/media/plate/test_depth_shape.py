@@ -107,7 +107,7 @@ def test_read_plate_identifies_inverse_depth_of_nuke_by_planes(tmp_path):
     plate = read_plate(write_depth_plate(tmp_path / "n.exr", inverse(depth), **NUKE))
     assert plate.depth.convention == "inverse" and not plate.depth.question
     np.testing.assert_allclose(plate.depth_m, depth, rtol=1e-5)
-    assert any("flat surfaces" in note for note in plate.notes)
+    assert "flat surfaces" in plate.depth.why
     distance_plate = read_plate(
         write_depth_plate(tmp_path / "z.exr", depth, **NUKE)
     )  # a render passed on
@@ -133,7 +133,9 @@ def test_read_plate_asks_about_ambiguous_depth_and_strict_rejects_it(
     assert "distances, or 1/z?" in plate.depth.question
     for option in ("--depth-convention distance", "--depth-convention inverse"):
         assert option in plate.depth.question
-        assert any(option in note for note in plate.notes)
+    other = "distance" if taken == "inverse" else "inverse"
+    advice = f"If the wrong things are sharp: --depth-convention {other}."
+    assert any(note.endswith(advice) for note in plate.notes)
     with pytest.raises(InputError, match=r"distances, or 1/z\?"):
         read_plate(path, PlateOptions(strict=True))
     for convention in ("distance", "inverse"):  # an answer ends the question
@@ -145,9 +147,10 @@ def test_render_asks_about_ambiguous_depth_and_strict_rejects_it(tmp_path, capsy
     path = write_depth_plate(tmp_path / "q.exr", inverse(spheres_depth()) + 0.011, **NUKE)
     words = ["render", path, "-o", tmp_path / "o.exr", "--f-stop", 2, "--focus-distance", 2]
     words += ["--focal-length", 50, "--quality", "draft"]
-    assert "distances, or 1/z?" in stderr_of_run(capsys, 0, *words)
+    assert "sharp: --depth-convention distance" in stderr_of_run(capsys, 0, *words)
+    assert "distances, or 1/z?" in stderr_of_run(capsys, 0, *words, "--verbose")
     stderr = stderr_of_run(capsys, 2, *words, "--strict")
-    assert "distances, or 1/z?" in stderr and "Taken as" not in stderr
+    assert "distances, or 1/z?" in stderr and "taken as" not in stderr
 
 
 def test_sequence_reader_uses_convention_of_first_frame(tmp_path):

@@ -257,7 +257,9 @@ def test_render_and_info_estimate_depth_of_photo(tmp_path, capsys):
         "2",
     ]
     assert main(["render", str(picture), "-o", str(out), *words, *lens]) == 0
-    assert out.exists() and "Estimated by n.onnx" in capsys.readouterr().err
+    assert (
+        out.exists() and "depth: estimate, disparity, 1 near, 2 to 9 m" in capsys.readouterr().err
+    )
     assert main(["info", str(picture), *words]) == 0
     assert "estimate, disparity" in capsys.readouterr().out
 

@@ -306,12 +306,16 @@ def test_shot_notes_doubt_shot_only_if_every_key_is_doubtful():
     assert "--table-unit focus=mm" in note
 
 
-def test_depth_note_gives_reason_only_once():
-    plate = plate_of(gray_color(4, 4), np.full((4, 4), 2.0, np.float32))
+def test_depth_note_has_the_range_and_keeps_the_reason_as_detail():
+    depth_m = np.linspace(0.4356, 4.6367, 16, dtype=np.float32).reshape(4, 4)
+    plate = plate_of(gray_color(4, 4), depth_m)
     plate = replace(plate, depth=replace(plate.depth, why="Its name says so."))
-    assert depth_note(plate) == "depth: Z taken as distance, planar. Its name says so."
-    plate_with_note = replace(plate, notes=("Z is a distance. Its name says so.",))
-    assert depth_note(plate_with_note) == "depth: Z taken as distance, planar."
+    note = depth_note(plate)
+    assert (note, note.why) == ("depth: Z, metres, 0.436 to 4.64", "Its name says so.")
+    inverse = replace(plate.depth, convention=DepthConvention.INVERSE, kind=DepthKind.RADIAL)
+    inverse = replace(inverse, infinite_count=2)
+    words = "depth: Z, 1 / distance along the ray, 0.436 to 4.64 m and infinity"
+    assert depth_note(replace(plate, depth=inverse)) == words
 
 
 def test_breathing_notes_of_plate_use_its_overscan_and_scene_has_none():

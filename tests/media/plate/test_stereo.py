@@ -47,7 +47,7 @@ def test_render_takes_chosen_eye_and_writes_its_name(stereo, tmp_path, capsys):
     words += ["--focal-length", 50, "--method", "pyramid"]
     assert "left is taken; --eye right takes the other" in stderr_of_run(capsys, 0, *words)
     stderr = stderr_of_run(capsys, 0, *words, "--eye", "right")
-    assert "is taken" not in stderr and "depth: depth_right.Z taken" in stderr
+    assert "is taken" not in stderr and "depth: depth_right.Z, metres" in stderr
     assert read_parts(out)[0][0]["view"] == "right"
     assert "no view 'top'" in stderr_of_run(capsys, 2, *words, "--eye", "top")
 

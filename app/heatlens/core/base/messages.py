@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import Self
 
 from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.log import LOG
 from heatlens.core.base.outside_text import printable
 
 
@@ -57,6 +58,24 @@ class Passing(str):
         self.is_true = is_true
 
 
+class Explained(str):
+    """A sentence with the details behind it, which `--verbose` prints and the log keeps."""
+
+    __slots__ = ("why",)
+
+    def __new__(cls, sentence: str, _why: str) -> Self:
+        """Return the sentence."""
+        return super().__new__(cls, sentence)
+
+    def __init__(self, _sentence: str, why: str) -> None:
+        """Keep the details, in sentences."""
+        self.why = why
+
+    def __reduce__(self) -> tuple[type[Self], tuple[str, str]]:
+        """Return what a copy in another process is made of."""
+        return type(self), (str(self), self.why)
+
+
 def passing_message(sentence: str, is_true: Callable[[], bool]) -> Passing:
     """Return a message that disappears as soon as `is_true` returns False."""
     return Passing(sentence, is_true)
@@ -85,6 +104,7 @@ class Messages(Worker):
 
     def notify(self, sentence: str) -> None:
         """Show a sentence instead of the previous one; its type tells how, and for how long."""
+        LOG.info("%s", printable(sentence))
         self.text, self._shown_since = window_words(sentence), self._clock()
         self.is_problem = isinstance(sentence, Problem)
         self._is_lasting = isinstance(sentence, Lasting)

@@ -172,10 +172,8 @@ def pace_words(whole_s: float, parts_s: float) -> str:
     not do.
     """
     is_notable = parts_s > _NOTABLE_SHARE * whole_s
-    film_text = (
-        f"film about {_seconds_text(whole_s - parts_s)}" if is_notable else "here the same as film"
-    )
-    return f"quality final: about {_seconds_text(whole_s)} a frame, {film_text}"
+    film_text = f"; --quality film takes about {_seconds_text(whole_s - parts_s)}"
+    return f"about {_seconds_text(whole_s)} a frame{film_text if is_notable else ''}"
 
 
 def _seconds_text(value: float) -> str:

@@ -12,6 +12,7 @@ from typing import Generic, TypeVar
 
 from heatlens.core.base.closing import Closing
 from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.log import log_time
 from heatlens.deliver.export.finished import check_may_replace, is_finished, is_movie_finished
 from heatlens.deliver.export.frame_files import RenderedFrame, write_frame
 from heatlens.deliver.export.kept_frames import (
@@ -156,7 +157,8 @@ def _export_missing(
                 yield FrameDone(frame.frame, frame.path, was_there=True)
                 continue
             try:
-                rendered = rendering.render(frame)
+                with log_time(f"frame {frame.frame} read and rendered"):
+                    rendered = rendering.render(frame)
             except HeatlensError:
                 yield from writer.drain()
                 raise
@@ -187,7 +189,8 @@ def _open_output(plan: ExportPlan) -> Iterator[Write]:
 
 def _write_and_report(write: Write, frame: RenderedFrame) -> FrameDone:
     """Write a frame, and return what is reported of it."""
-    write(frame)
+    with log_time(f"frame {frame.planned.frame} written"):
+        write(frame)
     surfaces_lost = frame.plate.surfaces_lost
     number, path = frame.planned.frame, frame.planned.path
     return FrameDone(

@@ -12,7 +12,7 @@ from heatlens.core.model.depth_words import DepthConvention
 from heatlens.core.model.timecode import Timecode
 from heatlens.core.model.units import parse_scene_unit_m
 from heatlens.fronts.commands.options.given_options import refuse_options
-from heatlens.fronts.commands.options.lens_options import lens_text
+from heatlens.fronts.commands.options.lens_options import lens_words
 from heatlens.fronts.commands.options.scene_options import add_timing_options, given_timing
 from heatlens.fronts.commands.options.value_types import parse_number
 from heatlens.fronts.commands.output.plate_words import shot_timecodes
@@ -229,8 +229,8 @@ def _is_scene(source: str) -> bool:
 
 def _scene_messages(first: FirstShot) -> tuple[str, ...]:
     """Return the notes of the scene, and a message on its lens, which is partly assumed."""
-    lens = lens_text(first.shot.lens_at(first.frame), first.sources)
-    return (*first.scene.notes, f"lens at frame {first.frame}: {lens}")
+    lens = first.shot.lens_at(first.frame)
+    return (*first.scene.notes, lens_words(f"lens at frame {first.frame}", lens, first.sources))
 
 
 def _check_frames(args: argparse.Namespace, camera: CameraSamples) -> None:

@@ -66,6 +66,13 @@ class _Parser(argparse.ArgumentParser):
             help="print only results and errors",
         )
         self.add_argument(
+            "-v",
+            "--verbose",
+            action="store_true",
+            default=argparse.SUPPRESS,
+            help="print why things are done as they are, and how long they take",
+        )
+        self.add_argument(
             "--run-networks",
             action="store_true",
             default=argparse.SUPPRESS,

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from heatlens.core.base.errors import InputError
 
-_QUIET_OPTIONS = ("-q", "--quiet")
+_GENERAL_OPTIONS = ("-q", "--quiet", "-v", "--verbose")  # may stand before the command
 DESKTOP_OPTIONS = ("--install-desktop", "--uninstall-desktop")
 _PROGRAM_OPTIONS = ("-h", "--help", "-V", "--version", "--print-completion", *DESKTOP_OPTIONS)
 
@@ -62,7 +62,7 @@ def put_command_first(argv: Sequence[str]) -> list[str]:
     if not words:
         return ["view"]
     first = words[0]
-    if first in _QUIET_OPTIONS:
+    if first in _GENERAL_OPTIONS:
         command, *command_words = put_command_first(words[1:])
         return [command, first, *command_words]
     if first in (*COMMANDS, *_PROGRAM_OPTIONS):

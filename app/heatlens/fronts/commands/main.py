@@ -15,6 +15,7 @@ from collections.abc import Collection, Sequence
 
 from heatlens.core.base.errors import FAULT_CODE, FaultError, HeatlensError, InputError
 from heatlens.core.base.faults import to_heatlens_error
+from heatlens.core.base.log import LOG, log_end, start_log
 from heatlens.core.base.outside_text import printable
 from heatlens.core.base.stopping import record_stop_reported
 from heatlens.fronts.commands.command_parser import build_parser
@@ -28,9 +29,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         words = put_command_first(sys.argv[1:] if argv is None else argv)
         args = _parse_words(words)
         set_quiet(getattr(args, "quiet", False))
+        start_log(getattr(args, "verbose", False))
         _prepare(args)
         code = int(args.run(args))
         sys.stdout.flush()  # a closed pipe is noticed here, not when Python ends
+        log_end(code)
         return code
     except HeatlensError as error:
         return _report_error(error)
@@ -82,5 +85,6 @@ def _drop_output() -> None:
 
 def _report_error(error: HeatlensError) -> int:
     """Print an error in one line, and return the exit code."""
+    LOG.error("%s", printable(str(error)))
     print(f"heatlens: {printable(str(error))}", file=sys.stderr)
     return FAULT_CODE if isinstance(error, FaultError) else 2

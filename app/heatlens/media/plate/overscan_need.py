@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
+from heatlens.core.base.messages import Explained
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.lens.breathing import plate_ratio
@@ -35,23 +36,20 @@ class OverscanNeed:
     short: tuple[FrameRange, ...]
 
     @property
-    def sentence(self) -> str:
-        """How much overscan is needed, and what to render if the plate has too little."""
-        need_words = f"what lies up to {self.needed_px:.0f} px outside the frame blurs into it"
-        beginning = f"Overscan: {need_words}, most at frame {self.at_frame}; "
-        if not self.short:
-            return f"{beginning}the plate has {self.has_px} px."
+    def sentence(self) -> Explained:
+        """What to render, as the plate has too little overscan, and how much is needed where."""
         frames = ", ".join(
             str(frame_range) if frame_range.count > 1 else str(frame_range.first)
             for frame_range in self.short
         )
         suggested_px = _STEP_PX * math.ceil(self.needed_px / _STEP_PX)
-        return (
-            f"{beginning}the plate has {self.has_px} px, too few for the borders of {frames}. "
-            "Render it "
-            f"with {suggested_px} px on every side: {self.needed_px:.0f} rounded up to a "
-            "multiple of "
-            f"{_STEP_PX}."
+        wider_px = suggested_px - self.has_px
+        overscan = f"{self.has_px} px of overscan" if self.has_px else "no overscan"
+        advice = f"Render it {wider_px} px wider on every side."
+        why = f"what lies up to {self.needed_px:.0f} px outside blurs into frame {self.at_frame}"
+        return Explained(
+            f"Borders are guessed: the plate has {overscan}. {advice}",
+            f"Overscan: {why}; it is too small in frames {frames}.",
         )
 
 

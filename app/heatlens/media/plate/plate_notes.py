@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.messages import Explained
+from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.focus.plausibility import Doubt, find_doubts, focus_unit_doubts
 from heatlens.core.model.lens.breathing import breathing_note
 from heatlens.core.model.lens.lens import Lens
@@ -11,11 +13,16 @@ from heatlens.media.plate.overscan_need import overscan_ratio
 from heatlens.media.plate.plate import Plate, depth_span
 
 
-def depth_note(plate: Plate) -> str:
-    """Return a sentence on how the depth was read, and why, unless a note of the plate says why."""
+def depth_note(plate: Plate) -> Explained:
+    """Return how the depth was read, and why: "depth: Z, metres, 0.44 to 4.64"."""
     depth = plate.depth
-    why = "" if any(depth.why in note for note in plate.notes) else f" {depth.why}"
-    return f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}.{why}"
+    is_distance = depth.convention is DepthConvention.DISTANCE
+    words = "metres" if is_distance else depth.convention.facts.label
+    along = " along the ray" if depth.kind is DepthKind.RADIAL else ""
+    ends = f", {depth.near_m:.3g} to {depth.far_m:.3g}" if plate.has_distances else ""
+    unit = " m" if ends and not is_distance else ""
+    sky = " and infinity" if ends and depth.infinite_count else ""
+    return Explained(f"depth: {depth.channel}, {words}{along}{ends}{unit}{sky}", depth.why)
 
 
 def lens_notes(plate: Plate, lens: Lens, scene_unit_m: float, is_strict: bool) -> tuple[str, ...]:

@@ -30,6 +30,7 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.log import log_time
 from heatlens.core.model.depth_words import DepthConvention, DepthKind, DepthSide
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.files.picture_formats import is_picture
@@ -72,7 +73,8 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     Raises InputError that names the file, what was found and which option would help.
     """
     path, options = Path(path), options or PlateOptions()
-    plate, plates_behind = _read_file(path, options)
+    with log_time(f"read {path}"):
+        plate, plates_behind = _read_file(path, options)
     if options.lift_highlights_stops and not plate.attributes.get(FOR_THE_EYE):
         raise InputError(
             f"{path}: its light is not clipped at white, as that of pictures and movies of whole "

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.messages import Explained
 from heatlens.core.model.lens.aperture import APERTURE_FIELDS
 from heatlens.core.model.lens.filmback import filmback_named
 from heatlens.core.model.lens.lens import Lens, MeasuredFrom, measured_text
@@ -134,7 +135,7 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
     if args.focus_at is not None:
         lens = focused_at_pixel(plate, lens, *parse_pixel(args.focus_at))
     lens = limit_to_kit(args, lens)
-    return lens, f"lens: {lens_text(lens, {**origins, **sources})}"
+    return lens, lens_words("lens", lens, {**origins, **sources})
 
 
 def value_origins(args: argparse.Namespace) -> dict[str, str]:
@@ -161,7 +162,17 @@ def value_origins(args: argparse.Namespace) -> dict[str, str]:
 FOLLOWED_ORIGIN = "--follow"  # the origin of a focus that is not known yet
 
 
-def lens_text(lens: Lens, sources: Mapping[str, str]) -> str:
+def lens_words(beginning: str, lens: Lens, sources: Mapping[str, str]) -> Explained:
+    """Return the lens in a few words, and behind them each value with its origin."""
+    focus = _focus_text(lens, sources["focus_distance_m"])
+    is_assumed = "assumed" in sources["sensor_width_mm"]
+    sensor = f", sensor width {lens.sensor_width_mm:g} mm"
+    assumed = f"{sensor} ({sources['sensor_width_mm']})" if is_assumed else ""
+    short = f"{beginning}: {lens.focal_length_mm:g} mm, f/{lens.f_stop:g}, {focus}{assumed}"
+    return Explained(short, f"{beginning}: {_values_with_origins(lens, sources)}")
+
+
+def _values_with_origins(lens: Lens, sources: Mapping[str, str]) -> str:
     """Return each value of a lens with its origin."""
     values = {
         "focal_length_mm": f"focal length {lens.focal_length_mm:g} mm",

@@ -18,7 +18,7 @@ from heatlens.core.model.units import parse_scene_unit_m
 from heatlens.fronts.commands.options.kit_options import shot_with_kit
 from heatlens.fronts.commands.options.lens_options import (
     given_lens_fields,
-    lens_text,
+    lens_words,
     parse_pixel,
     value_origins,
 )
@@ -158,10 +158,8 @@ def with_framing(args: argparse.Namespace, shot: Shot) -> Shot:
 
 def lens_message(args: argparse.Namespace, first: "FirstShot", frame: int) -> str:
     """Return a message on the lens at a frame, with the origin of each value."""
-    lens_text_at_frame = lens_text(
-        first.shot.lens_at(frame), {**first.sources, **value_origins(args)}
-    )
-    return f"lens at frame {frame}: {lens_text_at_frame}"
+    sources = {**first.sources, **value_origins(args)}
+    return lens_words(f"lens at frame {frame}", first.shot.lens_at(frame), sources)
 
 
 def _first_shot(

@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
+from heatlens.core.base.log import LOG
+from heatlens.core.base.messages import Explained
 from heatlens.core.base.outside_text import printable
 
 _is_quiet = False
@@ -31,12 +33,18 @@ def print_result(text: str, keep: str = "") -> None:
 
 
 def print_messages(*sentences: str) -> None:
-    """Print each sentence on its own line on stderr, and flush, unless `--quiet` is set."""
+    """Print each sentence on its own line on stderr, and flush, unless `--quiet` is set.
+
+    The details of an explained one go to the log.
+    """
     for sentence in () if _is_quiet else sentences:
         if _message_counts is None:
+            LOG.info("%s", printable(sentence))
             print(f"heatlens: {printable(sentence)}", file=sys.stderr, flush=True)
         else:
             _message_counts[sentence] = _message_counts.get(sentence, 0) + 1
+        if isinstance(sentence, Explained):
+            LOG.debug("%s", printable(sentence.why))
 
 
 @contextmanager

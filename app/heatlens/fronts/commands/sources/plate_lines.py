@@ -37,20 +37,8 @@ def plate_lines(facts: Facts) -> list[Line]:
         *_color_lines(facts["color"]),
         *_depth_lines(facts["depth"]),
         *_behind_lines(facts["behind"]),
-        *(("note", note) for note in _notes(facts)),
+        *(("note", note) for note in facts["notes"]),
     ]
-
-
-def _notes(facts: Facts) -> list[str]:
-    """Return the notes without those on the depth convention, which has lines of its own."""
-    reason, question = (facts["depth"].get(name, "") for name in ("why", "question"))
-    notes = (
-        note.removesuffix(reason).rstrip() * bool(question)
-        if reason and note.endswith(reason)
-        else note
-        for note in facts["notes"]
-    )
-    return [note for note in notes if note]
 
 
 def _window_text(corners: list[int]) -> str:

@@ -104,7 +104,7 @@ def _lens_of_header(args: argparse.Namespace, sequence: Sequence) -> Lens:
     options = plate_options(args)
     plate = read_plate(sequence.path_at(sequence.present[0]), options)
     lens, lens_sentence = lens_of(args, plate)
-    print_reading(plate, f"{plate.path}: {lens_sentence}")
+    print_reading(plate, lens_sentence)
     return lens
 
 

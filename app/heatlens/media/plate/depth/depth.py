@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.messages import Explained
 from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.depth.depth_guess import NORMALIZED_UP_TO, Guess, guess_convention
@@ -267,11 +268,11 @@ def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
 
 def _depth_notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str, ...]:
     """Return the notes for the user about this channel."""
-    notes = []
+    notes: list[str] = []
     if guess.question:
-        notes.append(f"{guess.question} Taken as {guess.convention} for now. {guess.why}")
+        notes.append(Explained(_guess_note(raw, guess), guess.question))
     elif not guess.certain:
-        notes.append(f"{raw.label} is read as {guess.convention}. {guess.why}")
+        notes.append(_guess_note(raw, guess))
     if report.repaired_count:
         notes.append(
             f"{raw.label} holds no usable value in {report.repaired_count} of {raw.values.size} "
@@ -285,6 +286,11 @@ def _depth_notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str,
     elif report.infinite_count == raw.values.size:
         notes.append(f"{raw.label} is infinite everywhere: nothing was hit in this frame.")
     return tuple(notes)
+
+
+def _guess_note(raw: RawDepth, guess: Guess) -> str:
+    words = f"{raw.label} is taken as {guess.convention.facts.label}"
+    return f"{words}. {guess.advice or 'If that is wrong: --depth-convention.'}"
 
 
 def require_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
@@ -336,6 +342,7 @@ def settle_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[Pla
         else f"{guess.question} {ends_question}".strip()
     )
     why = f"{guess.why} Its ends are taken as {near:g} m and {far:g} m."
+    advice = f"{guess.advice} If {near:g} to {far:g} m is wrong: --near and --far.".lstrip()
     return replace(options, near_m=near, far_m=far), replace(
-        guess, question=question, why=why, certain=False
+        guess, question=question, why=why, certain=False, advice=advice
     )

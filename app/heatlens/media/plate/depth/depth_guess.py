@@ -36,12 +36,14 @@ class Guess:
     certain   False if a note has to tell the user about the guess
     question  asks the user to choose, and names the options, where another convention fits nearly
               as well; else ""
+    advice    what to say if the guess is wrong, in sentences; "" for --depth-convention alone
     """
 
     convention: DepthConvention  # never AUTO
     why: str
     certain: bool = True
     question: str = ""
+    advice: str = ""
 
 
 def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
@@ -93,7 +95,7 @@ def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
     why = f"Its values run from {raw.low:g} to {raw.high:g}, {beyond}, so they are distances."
     if has_ends:
         return Guess(
-            DepthConvention.DISTANCE, f"{why} --near and --far are not used.", certain=False
+            DepthConvention.DISTANCE, why, certain=False, advice="--near and --far are not used."
         )
     if raw.infinite_count:
         return Guess(DepthConvention.DISTANCE, why)
@@ -133,7 +135,13 @@ def _guess_distance_but_ask(raw: RawDepth, why: str) -> Guess:
         "disparity does: are these distances? Give --depth-convention distance, or "
         "--depth-convention disparity with --near and --far."
     )
-    return Guess(DepthConvention.DISTANCE, why, certain=False, question=question)
+    advice = _if_wrong("disparity with --near and --far")
+    return Guess(DepthConvention.DISTANCE, why, False, question, advice)
+
+
+def _if_wrong(convention: str) -> str:
+    """Return what to say if a picture shows that the guess is wrong."""
+    return f"If the wrong things are sharp: --depth-convention {convention}."
 
 
 def _guess_inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:
@@ -169,7 +177,9 @@ def _guess_and_ask(raw: RawDepth, likelier_convention: DepthConvention, why: str
         f"{raw.label} runs from {raw.low:g} to {raw.high:g}: are these distances, or 1/z? Give "
         "--depth-convention distance or --depth-convention inverse."
     )
-    return Guess(likelier_convention, why, certain=False, question=question)
+    is_distance = likelier_convention is DepthConvention.DISTANCE
+    advice = _if_wrong("inverse" if is_distance else "distance")
+    return Guess(likelier_convention, why, False, question, advice)
 
 
 def _guess_by_name(channel: str) -> Guess | None:
@@ -192,8 +202,9 @@ def _guess_normalized_direction(raw: RawDepth) -> Guess:
     return Guess(
         convention,
         f"--near and --far are given and its values lie in 0 to 1; {zeros} pixels are 0 and {ones} "
-        f"are 1, so {far}, is taken as far: a guess, which --depth-convention overrules.",
+        f"are 1, so {far}, is taken as far.",
         certain=False,
+        advice=_if_wrong(str(upright if zeros > ones else inverted)),
     )
 
 
@@ -216,7 +227,7 @@ def _guess_within_one(raw: RawDepth) -> Guess:
         return Guess(
             DepthConvention.INVERSE,
             f"It is 0 in {raw.zero_count} pixels and up to {raw.high:g} elsewhere, as 1/z with 0 "
-            "at infinity: a guess, which --depth-convention overrules.",
+            "at infinity.",
             certain=False,
         )
     raise InputError(
@@ -250,19 +261,18 @@ def guess_picture_convention(raw: RawDepth, facts: PictureFacts, options: PlateO
             f"{why}, as programs write distances.",
             certain=False,
             question=question,
+            advice=_if_wrong("disparity"),
         )
     if votes.says_inverse:
         why = (
             f"Its flat surfaces run evenly over 1/z in {votes.inverse} places, which does not tell "
             "whether white or black is near; phones and networks write white near."
         )
-        return Guess(
-            DepthConvention.DISPARITY, why, certain=False, question=_question_of_direction(raw)
-        )
+        advice = _if_wrong("disparity-inverted")
+        return Guess(DepthConvention.DISPARITY, why, False, _question_of_direction(raw), advice)
     why = "Phones and networks that estimate depth write disparity, with white near."
-    return Guess(
-        DepthConvention.DISPARITY, why, certain=False, question=_question_of_picture(raw, span)
-    )
+    advice = _if_wrong("disparity-inverted, normalized or distance")
+    return Guess(DepthConvention.DISPARITY, why, False, _question_of_picture(raw, span), advice)
 
 
 def _question_of_direction(raw: RawDepth) -> str:

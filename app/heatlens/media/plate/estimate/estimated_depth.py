@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.base.messages import Explained
 from heatlens.core.model.depth_words import DepthConvention, DepthKind, DepthModelOutput
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.depth.depth import DepthResult, require_ends, settle_ends
@@ -72,8 +73,9 @@ def estimate_depth(
         repaired_count=0,
         question=guess.question,
     )
-    question = f"{guess.question} {guess.why}" if guess.question else ""
-    return DepthResult(depth, report, tuple(filter(None, [network.note, question])))
+    sentence = f"{path}: the depth is estimated. {guess.advice}"
+    note = Explained(sentence, guess.question) if guess.question else ""
+    return DepthResult(depth, report, tuple(filter(None, [network.note, note])))
 
 
 def _settle_guess(

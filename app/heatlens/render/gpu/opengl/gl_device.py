@@ -13,6 +13,7 @@ from typing import Any
 import moderngl
 
 from heatlens.core.base.errors import GpuError
+from heatlens.core.base.log import LOG
 from heatlens.core.base.system_packages import driver_advice, opengl_advice
 from heatlens.render.gpu.device import (
     Blend,
@@ -69,6 +70,7 @@ class GlDevice(Device):
             group_invocations=int(info["GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS"]),
         )
         self.is_software = any(name in self.name.lower() for name in _SOFTWARE)
+        LOG.debug("device: %s, %s, OpenGL %s", self.name, self.vendor, self.version)
         self.fills_nan = bool(os.environ.get(NAN_VARIABLE))
         self._screen: GlFramebuffer | None = None
 
