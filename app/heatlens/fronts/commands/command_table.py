@@ -43,6 +43,7 @@ COMMANDS = {
     "help": Command("find options, keys and sections of the manual by words"),
     "kits": Command("list the lens kits"),
     "doctor": Command("check that everything works on this machine"),
+    "report": Command("pack doctor, log and headers for a bug report, to read before sending"),
     "addon": Command("write the add-on for Blender as a file to install"),
     "worker": Command("make frames for exports on other machines"),
 }
