@@ -123,5 +123,5 @@ def test_follow_tracked_surface_stores_places_in_shot(tracked_walk, tmp_path, ca
 def test_follow_message_names_mark_instead_of_focus_distance(tmp_path, capsys):
     words = (write_plates(tmp_path / "in"), "--frames", "1001-1001", "--f-stop", "1.4")
     _, message = new_shot(capsys, tmp_path, *words, "--follow", "A@16,9")
-    assert "focus 1 m" not in message and "focus on a mark (--follow)" in message
+    assert "focus 1 m" not in message and "f/1.4, focus on a mark heatlens:" in message
     assert "over 1 frame with 1 key." in message

@@ -72,7 +72,9 @@ def test_camera_command_writes_lens_and_pose_of_first_shot_of_scene(capsys, scen
     out = tmp_path / "c.csv"
     assert main(["camera", str(scene), "-o", str(out)]) == 0
     message = capsys.readouterr().err
-    assert "camera main of the scene" in message and "assumed: the scene has none" in message
+    assert (
+        "f/2 (assumed: the scene has none)" in message and "assumed: the scene has none" in message
+    )
     row = next(csv.DictReader(line for line in out.read_text().splitlines() if line[0] != "#"))
     opened = first_shot(str(scene))
     assert float(row["focal_length_mm"]) == pytest.approx(opened.shot.lens.focal_length_mm)

@@ -30,6 +30,7 @@ COMMANDS = {
     "bench --methods": ["plot"],
     "camera s.heatlens.json": ["output"],
     "addon build": ["output"],
+    "report": ["output"],
     "shot new p.exr": ["output"],
     "shot sheet s.heatlens.json": ["output"],
     "shot size s.heatlens.json A --by length": ["output"],
@@ -38,6 +39,7 @@ COMMANDS = {
 }
 ENDINGS = {
     "addon": "n.zip",
+    "report": "n.zip",
     "export": "n.####.exr",
     "render": "n.exr",
     "bench": "n.svg",

@@ -104,7 +104,7 @@ def test_render_of_plate_in_focus_returns_its_pixels(capsys, tmp_path):
 def test_render_takes_lens_from_header(capsys, plate, tmp_path):
     message = render(capsys, plate, tmp_path / "out.exr", "--verbose")
     assert "lens: 50 mm, f/2, focus 2.24 m\n" in message
-    assert "focal length 50" in message
+    assert "50 mm (header, pinholeFocalLength)" in message
     assert "sensor width 36" in message
     assert "f/2 (header, aperture)" in message
     assert "focus 2.24 m (header, focus)" in message
@@ -113,7 +113,7 @@ def test_render_takes_lens_from_header(capsys, plate, tmp_path):
 def test_lens_options_override_header(capsys, plate, tmp_path):
     lens = ["--focal-length", "85", "--sensor-width", "24.9", "--f-stop", "1.4"]
     message = render(capsys, plate, tmp_path / "out.exr", *lens, "-v", "--focus-distance", "190cm")
-    assert "focal length 85 mm (--focal-length)" in message
+    assert "85 mm (--focal-length)" in message
     assert "sensor width 24.9 mm (--sensor-width)" in message
     assert "f/1.4 (--f-stop)" in message
     assert "focus 1.9 m (--focus-distance)" in message

@@ -217,7 +217,7 @@ def test_shot_new_reports_where_lens_values_came_from(table, tmp_path, capsys):
     words += ["--focal-length", 50, "--verbose"]
     take = f"{table('sony')}@1001"
     stderr = stderr_of_run(capsys, 0, *words, "--lens-from", take, "--key", "f-stop@1001=4")
-    for words in (f"focus 1.777 m ({take})", "f/4 (--key)", "length 50 mm (--focal-length)"):
+    for words in (f"focus 1.777 m ({take})", "f/4 (--key)", "50 mm (--focal-length)"):
         assert words in stderr
     assert "(--focus-distance)" not in stderr and "(--f-stop)" not in stderr
 

@@ -163,25 +163,22 @@ FOLLOWED_ORIGIN = "--follow"  # the origin of a focus that is not known yet
 
 
 def lens_words(beginning: str, lens: Lens, sources: Mapping[str, str]) -> Explained:
-    """Return the lens in a few words, and behind them each value with its origin."""
-    focus = _focus_text(lens, sources["focus_distance_m"])
-    is_assumed = "assumed" in sources["sensor_width_mm"]
-    sensor = f", sensor width {lens.sensor_width_mm:g} mm"
-    assumed = f"{sensor} ({sources['sensor_width_mm']})" if is_assumed else ""
-    short = f"{beginning}: {lens.focal_length_mm:g} mm, f/{lens.f_stop:g}, {focus}{assumed}"
-    return Explained(short, f"{beginning}: {_values_with_origins(lens, sources)}")
-
-
-def _values_with_origins(lens: Lens, sources: Mapping[str, str]) -> str:
-    """Return each value of a lens with its origin."""
+    """Return the lens in a few words, with what is assumed, and behind them each value's origin."""
     values = {
-        "focal_length_mm": f"focal length {lens.focal_length_mm:g} mm",
-        "sensor_width_mm": f"sensor width {lens.sensor_width_mm:g} mm",
+        "focal_length_mm": f"{lens.focal_length_mm:g} mm",
         "f_stop": f"f/{lens.f_stop:g}",
         "focus_distance_m": _focus_text(lens, sources["focus_distance_m"]),
+        "sensor_width_mm": f"sensor width {lens.sensor_width_mm:g} mm",
         "model": f"discs of a {lens.model.facts.words}",
     }
-    return ", ".join(f"{text} ({sources[field]})" for field, text in values.items())
+    all_texts = {field: f"{text} ({sources[field]})" for field, text in values.items()}
+    short = [
+        all_texts[field] if "assumed" in sources[field] else text
+        for field, text in values.items()
+        if "assumed" in sources[field] or field not in ("sensor_width_mm", "model")
+    ]
+    why = f"{beginning}: {', '.join(all_texts.values())}"
+    return Explained(f"{beginning}: {', '.join(short)}", why)
 
 
 def _focus_text(lens: Lens, origin: str) -> str:
