@@ -32,6 +32,7 @@ from heatlens.fronts.commands.options.device_option import use_device
 from heatlens.fronts.commands.options.display_options import print_view_transform
 from heatlens.fronts.commands.options.farm_options import make_renderer_function
 from heatlens.fronts.commands.options.field_options import fill_fields
+from heatlens.fronts.commands.options.reel_options import add_reel_options, refuse_reel_options
 from heatlens.fronts.commands.output.export_progress import progress_of, report_failure
 from heatlens.fronts.commands.output.plate_words import (
     first_plate,
@@ -41,7 +42,6 @@ from heatlens.fronts.commands.output.plate_words import (
 )
 from heatlens.fronts.commands.output.say import print_messages
 from heatlens.fronts.commands.reel_export import ReelActions, ShotToExport, export_reel
-from heatlens.fronts.commands.reel_options import add_reel_options, refuse_reel_options
 from heatlens.fronts.commands.submit import SubmittedShot, submit, task_words
 from heatlens.fronts.commands.worker import make_part
 from heatlens.media.camera.ring_samples import sample_of_shot

@@ -13,16 +13,16 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.reel import Reel, ReelShot
 from heatlens.core.model.units import format_distance
 from heatlens.fronts.commands.options.lens_options import add_plate_options, plate_options
+from heatlens.fronts.commands.options.reel_options import (
+    add_media_options,
+    read_given_reel,
+    with_blurred_notes,
+)
 from heatlens.fronts.commands.options.scene_options import add_placing_options
 from heatlens.fronts.commands.options.value_types import parse_number
 from heatlens.fronts.commands.output.progress_line import progress_line
 from heatlens.fronts.commands.output.say import print_result
 from heatlens.fronts.commands.output.thing_words import thing_lines
-from heatlens.fronts.commands.reel_options import (
-    add_media_options,
-    read_given_reel,
-    with_blurred_notes,
-)
 from heatlens.fronts.commands.sources.source_commands import Facts, Line, commands_for
 from heatlens.media.documents.reel_file import is_reel
 from heatlens.media.documents.shot_file import is_shot_file

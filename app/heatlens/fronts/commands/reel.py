@@ -7,8 +7,12 @@ from pathlib import Path
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.reel import Reel, ReelShot
+from heatlens.fronts.commands.options.reel_options import (
+    add_media_options,
+    read_given_reel,
+    refuse_blurred,
+)
 from heatlens.fronts.commands.output.say import gather_messages, print_messages, print_result
-from heatlens.fronts.commands.reel_options import add_media_options, read_given_reel, refuse_blurred
 from heatlens.fronts.commands.shots.shot_new import add_shot_options, make_shot
 from heatlens.media.documents.reel_file import REEL_SUFFIX, is_reel, write_reel
 from heatlens.media.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot, write_shot

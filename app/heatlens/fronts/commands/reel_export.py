@@ -16,13 +16,13 @@ from heatlens.deliver.export.plan import ExportPlan, plan_export
 from heatlens.deliver.export.run import FrameDone
 from heatlens.fronts.commands.export_options import make_export_job
 from heatlens.fronts.commands.options.given_options import refuse_options
-from heatlens.fronts.commands.output.progress_line import progress_line
-from heatlens.fronts.commands.output.say import gather_messages, print_messages, print_result
-from heatlens.fronts.commands.reel_options import (
+from heatlens.fronts.commands.options.reel_options import (
     check_for_export,
     read_given_reel,
     shots_with_options,
 )
+from heatlens.fronts.commands.output.progress_line import progress_line
+from heatlens.fronts.commands.output.say import gather_messages, print_messages, print_result
 from heatlens.media.documents.edit_out import ExportedShot, check_edit_out, write_edit
 from heatlens.media.files.atomic_file import check_folder, make_folder
 
