@@ -195,6 +195,11 @@ class Gui:
         self.session.editing.history = self.session.editing.history.end_gesture()
         self.frame()
 
+    def undo_count(self) -> int:
+        """Let the input rest, then return the number of steps that undo can go back."""
+        self.rest()
+        return len(self.session.editing.history.past)
+
     def later(self) -> None:
         """Let half a second pass, so that a click is no double click any more."""
         self.io.delta_time = 0.5

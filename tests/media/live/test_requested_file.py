@@ -10,13 +10,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.media.live.stream.requested_file import check_requested_file
 from heatlens.media.live.stream.server import TevServer
 from support.exr_files import distances, rgb, write_file
-from support.tev_peers import client_of, picture, send_image, serving, settle
-
-
-@pytest.fixture
-def server():
-    with serving() as server:
-        yield server
+from support.tev_peers import client_of, picture, send_image, settle
 
 
 def test_tev_open_image_shows_file_until_another_image_comes(server, tmp_path):

@@ -18,16 +18,9 @@ from support.tev_peers import (
     picture,
     send,
     send_image,
-    serving,
     settle,
     wait_until,
 )
-
-
-@pytest.fixture
-def server():
-    with serving() as server:
-        yield server
 
 
 @pytest.mark.parametrize("tiled", [True, False])

@@ -23,12 +23,6 @@ from support.tev_peers import (
 )
 
 
-@pytest.fixture
-def server():
-    with serving() as server:
-        yield server
-
-
 @pytest.mark.parametrize("start", [b"GET / HTTP/1.1\r\n", b"\xff" * 8, b"\3\0\0\0", bytes(9)])
 def test_tev_server_closes_connection_without_packets(server, start):
     with socket.create_connection(server.address) as connection:

@@ -7,14 +7,7 @@ import pytest
 
 from heatlens.core.model.shot.plate_options import PlateOptions
 from support.exr_files import write_file
-from support.tev_peers import assert_shows, picture, send_image, serving
-
-
-@pytest.fixture
-def server():
-    with serving() as server:
-        yield server
-
+from support.tev_peers import assert_shows, picture, send_image
 
 GREY = ["R", "G", "B"]
 

@@ -1,6 +1,5 @@
 """Focus marks in the window: set, named, focused, pulled to and followed; one undo step each."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -12,15 +11,9 @@ from heatlens.core.model.shot.pull import pull
 from support.gui import Gui
 from support.sequences import FIRST, LAST, relative_distance
 from support.session_files import BALL, BALL_M, POST, POST_M
-from support.timeline_window import film_window, reset_window, type_into
+from support.timeline_window import reset_window, type_into
 
 K = imgui.Key
-
-
-@pytest.fixture(scope="module")
-def film(session_context, tmp_path_factory) -> Iterator[Gui]:
-    with film_window(session_context, tmp_path_factory.mktemp("film")) as gui:
-        yield gui
 
 
 @pytest.fixture
@@ -33,11 +26,6 @@ def gui(ctx, film) -> Gui:
 
 def marks(gui) -> tuple:
     return gui.session.facts.shot.marks
-
-
-def undo_count(gui) -> int:
-    gui.rest()
-    return len(gui.session.editing.history.past)
 
 
 def ctrl_shift_click(gui, pixel: tuple[int, int]) -> None:
@@ -56,7 +44,7 @@ def test_m_key_marks_the_distance_in_focus(gui):
     gui.key(K.m)
     gui.key(K.m)
     assert marks(gui) == (DistanceMark("A", 3.5), DistanceMark("B", 3.5))
-    assert undo_count(gui) == 3
+    assert gui.undo_count() == 3
 
 
 def test_new_mark_is_reported_and_drawn_on_the_focus_bar(gui):
@@ -87,7 +75,7 @@ def test_ctrl_shift_click_sets_a_point_mark_and_keeps_the_focus(gui):
     before = gui.session.facts.lens
     ctrl_shift_click(gui, BALL)
     assert marks(gui) == (PointMark("A", float(BALL[0]), float(BALL[1])),)
-    assert gui.session.facts.lens == before and undo_count(gui) == 1
+    assert gui.session.facts.lens == before and gui.undo_count() == 1
     x, y, _, _ = gui.rect("point A")
     assert (x, y) == pytest.approx(gui.at_picture(BALL[0] + 0.5, BALL[1] + 0.5))
 
@@ -146,7 +134,7 @@ def test_pull_by_shift_m_sets_two_keys_in_one_undo_step(gui):
     assert [key.frame for key in keys] == [1002, 1007]
     assert keys[1].value == pytest.approx(to_m, rel=1e-5)
     assert gui.session.facts.shot == pull(before, 4.0, keys[1].value, 1002, 5)
-    assert undo_count(gui) == 3
+    assert gui.undo_count() == 3
     assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
     gui.key(K.z, ctrl=True)
     assert gui.session.facts.shot == before
@@ -204,7 +192,7 @@ def test_follow_button_sets_focus_keys_for_all_frames(gui):
     assert (keys[0].frame, keys[-1].frame) == (FIRST, LAST)
     for key in keys:
         assert key.value == pytest.approx(BALL_M * relative_distance(int(key.frame)), rel=5e-3)
-    assert undo_count(gui) == 2
+    assert gui.undo_count() == 2
 
 
 def test_mark_that_is_tracked_has_a_button_that_stops(gui, monkeypatch):
@@ -250,7 +238,7 @@ def test_live_button_follows_until_make_keys_or_let_go(gui):
     for frame in (FIRST, LAST):
         focus_m = gui.session.facts.shot.lens_at(frame).focus_distance_m
         assert focus_m == pytest.approx(BALL_M * relative_distance(frame), rel=5e-2)
-    assert undo_count(gui) == 2 and not gui.session.facts.shot.key_frames
+    assert gui.undo_count() == 2 and not gui.session.facts.shot.key_frames
     gui.frame(2)
     _, y0, x1, y1 = gui.rect("follow ease")
     gui.click((x1 - 2, (y0 + y1) / 2))
@@ -264,7 +252,7 @@ def test_live_button_follows_until_make_keys_or_let_go(gui):
     gui.frame(2)
     gui.click(gui.middle("stop following"))
     assert live() is None and not gui.session.facts.shot.key_frames
-    assert undo_count(gui) == 3
+    assert gui.undo_count() == 3
 
 
 def test_close_focus_field_takes_distances_only(gui):

@@ -1,6 +1,5 @@
 """Tracks of marks of a scene behind the focus curve: measured at rest, and only once."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
@@ -10,21 +9,13 @@ from heatlens.core.model.marks.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.device import Device
-from support.gui import Gui, gui_of
+from support.gui import Gui
 from support.scene_window import reset_scene, wait_for_whole_picture
-from support.session_files import QUICK, write_scene
 from support.timeline_window import reset_timeline
 
 MIDDLE = PointMark("A", 48.0, 27.0)
 NEAR = ObjectMark("B", "near")
 K = imgui.Key
-
-
-@pytest.fixture(scope="module")
-def window(session_context: Device, tmp_path_factory) -> Iterator[Gui]:
-    scene = write_scene(tmp_path_factory.mktemp("scene") / "scene.glb")
-    with gui_of(session_context, scene, defocus=QUICK) as gui:
-        yield gui
 
 
 @pytest.fixture

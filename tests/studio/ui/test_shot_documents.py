@@ -14,15 +14,9 @@ from support.gui import Gui
 from support.sequences import FIRST
 from support.session_files import room_file
 from support.shots_of_tests import draw_until_saved, with_keys_and_marks
-from support.timeline_window import film_window, reset_window
+from support.timeline_window import reset_window
 
 K = imgui.Key
-
-
-@pytest.fixture(scope="module")
-def film(session_context, tmp_path_factory) -> Iterator[Gui]:
-    with film_window(session_context, tmp_path_factory.mktemp("film")) as gui:
-        yield gui
 
 
 def reset_documents(files: FileControl) -> None:

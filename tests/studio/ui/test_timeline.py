@@ -1,7 +1,5 @@
 """The timeline by mouse and keys: scrubbing, playing by a fake clock, gaps and damaged frames."""
 
-from collections.abc import Iterator
-
 import pytest
 from imgui_bundle import imgui
 
@@ -13,19 +11,12 @@ from support.session_files import room_file
 from support.timeline_window import (
     Clock,
     current_frame,
-    film_window,
     reset_window,
     ruler_position,
     type_into,
 )
 
 K = imgui.Key
-
-
-@pytest.fixture(scope="module")
-def film(session_context, tmp_path_factory) -> Iterator[Gui]:
-    with film_window(session_context, tmp_path_factory.mktemp("film")) as gui:
-        yield gui
 
 
 @pytest.fixture

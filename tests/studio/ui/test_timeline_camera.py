@@ -58,11 +58,6 @@ def camera_right_m(gui) -> dict[float, float]:
     return {key.frame: key.pose.position_m[0] for key in gui.session.facts.shot.framing.track.keys}
 
 
-def undo_count(gui) -> int:
-    gui.rest()
-    return len(gui.session.editing.history.past)
-
-
 def key_position(gui, frame: int, row=CAMERA) -> tuple[float, float]:
     x, y, _, _ = gui.rect(f"key {row} {frame}")
     return x, y
@@ -90,7 +85,7 @@ def test_stretch_grips_lie_below_every_row(gui):
 def test_camera_key_drag_snaps_to_a_frame_in_one_undo_step(gui):
     drag_key(gui, 6, 9.3)
     assert camera_right_m(gui) == {3: 0.0, 9: 0.4, 12: 0.8}
-    assert undo_count(gui) == 1 and gui.session.time.keys.selection == {KeyId(CAMERA, 9)}
+    assert gui.undo_count() == 1 and gui.session.time.keys.selection == {KeyId(CAMERA, 9)}
     gui.key(K.z, ctrl=True)
     assert camera_right_m(gui) == RIGHT_M_BY_FRAME
 
@@ -102,7 +97,7 @@ def test_box_selected_lens_and_camera_keys_move_together(gui):
     gui.frame(30)
     drag_key(gui, 6, 8)
     assert camera_right_m(gui) == {3: 0.0, 8: 0.4, 12: 0.8}
-    assert gui.session.facts.shot.key_frames == (8,) and undo_count(gui) == 1
+    assert gui.session.facts.shot.key_frames == (8,) and gui.undo_count() == 1
 
 
 def test_delete_of_all_camera_keys_keeps_the_current_pose(gui):
@@ -115,7 +110,7 @@ def test_delete_of_all_camera_keys_keeps_the_current_pose(gui):
     gui.key(K.delete)
     assert all_keys(gui.session.facts.shot) == frozenset()
     assert gui.session.scenes.pose.position_m == (0.8, 0.5, 3.0)
-    assert undo_count(gui) == 2
+    assert gui.undo_count() == 2
 
 
 def test_k_key_sets_a_key_of_the_chosen_row(gui):
@@ -126,10 +121,10 @@ def test_k_key_sets_a_key_of_the_chosen_row(gui):
     gui.key(K.k)
     assert set(camera_right_m(gui)) == {3, 6, 9, 12} and gui.session.facts.shot.key_frames == (6,)
     assert gui.session.scenes.pose.position_m == pytest.approx(pose_before.position_m)
-    assert undo_count(gui) == 1
+    assert gui.undo_count() == 1
     gui.click(gui.middle(f"row {FOCUS}"))
     gui.key(K.k)
-    assert gui.session.facts.shot.key_frames == (6, 9) and undo_count(gui) == 2
+    assert gui.session.facts.shot.key_frames == (6, 9) and gui.undo_count() == 2
 
 
 def test_click_on_a_key_chooses_its_row(gui):

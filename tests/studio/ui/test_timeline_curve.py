@@ -1,7 +1,6 @@
 """The focus curve: keys dragged in both directions, handles bent, tracks of marks behind it."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
@@ -16,17 +15,11 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from support.gui import Gui
 from support.sequences import FIRST, LAST, relative_distance
 from support.session_files import BALL, BALL_M
-from support.timeline_window import film_window, reset_window, ruler_position
+from support.timeline_window import reset_window, ruler_position
 
 K = imgui.Key
 FOCUS = LensParameter.FOCUS_DISTANCE
 FOCUS_M_BY_FRAME = {1002: 1.5, 1004: 3.0, 1007: 2.0}
-
-
-@pytest.fixture(scope="module")
-def film(session_context, tmp_path_factory) -> Iterator[Gui]:
-    with film_window(session_context, tmp_path_factory.mktemp("film")) as gui:
-        yield gui
 
 
 @pytest.fixture
@@ -50,11 +43,6 @@ def key_position(gui, number: int) -> tuple[float, float]:
     return x, y
 
 
-def undo_count(gui) -> int:
-    gui.rest()
-    return len(gui.session.editing.history.past)
-
-
 def pixels_per_dioptre(gui) -> float:
     """Return the screen units of a dioptre, from the positions of two keys."""
     return (key_position(gui, 1002)[1] - key_position(gui, 1004)[1]) / (1 / 1.5 - 1 / 3.0)
@@ -73,7 +61,7 @@ def test_curve_key_drag_changes_frame_and_distance_in_one_undo_step(gui):
     dioptres = 1 / 2.0 - rise / pixels_per_dioptre(gui)
     gui.drag((x, y), (ruler_position(gui, 1006)[0], y - rise))
     assert focus_keys(gui) == {1002: 1.5, 1004: 3.0, 1006: pytest.approx(1 / dioptres)}
-    assert undo_count(gui) == 1
+    assert gui.undo_count() == 1
 
 
 def test_curve_key_dragged_sideways_keeps_its_distance(gui):
@@ -85,7 +73,7 @@ def test_curve_key_dragged_sideways_keeps_its_distance(gui):
 def test_curve_key_dragged_beyond_the_top_is_at_infinity(gui):
     x, y = key_position(gui, 1004)
     gui.drag((x, y), (x, y - 900))
-    assert focus_keys(gui)[1004] == math.inf and undo_count(gui) == 1
+    assert focus_keys(gui)[1004] == math.inf and gui.undo_count() == 1
 
 
 def test_curve_key_within_the_focal_length_is_refused_and_reported(gui):
@@ -116,7 +104,7 @@ def test_handle_drag_bends_the_curve_in_one_undo_step(gui):
         pytest.approx(frames, rel=0.02),
         pytest.approx(-rise / unit, abs=1.0 / unit),  # a pixel,
     )
-    assert undo_count(gui) == 2  # the Bezier, and the handle
+    assert gui.undo_count() == 2  # the Bezier, and the handle
     assert (
         gui.session.facts.shot.lens_at(1005).focus_distance_m
         > before.lens_at(1005).focus_distance_m
@@ -163,7 +151,7 @@ def test_focus_curve_without_keys_can_be_clicked_without_a_change(gui):
     gui.frame(2)
     assert not gui.session.facts.shot.key_frames
     gui.click(gui.middle("keys"))
-    assert undo_count(gui) == 1
+    assert gui.undo_count() == 1
 
 
 def test_too_close_frames_lists_frames_within_the_close_focus(gui):

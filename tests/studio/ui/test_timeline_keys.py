@@ -1,6 +1,5 @@
 """Keys by mouse and keyboard: set, chosen, dragged, copied, eased; each is one undo step."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
@@ -11,17 +10,11 @@ from heatlens.core.model.keys.key_choice import KeyId
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from support.gui import Gui
 from support.sequences import FIRST, LAST
-from support.timeline_window import current_frame, film_window, reset_window, ruler_position
+from support.timeline_window import current_frame, reset_window, ruler_position
 
 K = imgui.Key
 FOCUS, F_STOP = LensParameter.FOCUS_DISTANCE, LensParameter.F_STOP
 FOCUS_M_BY_FRAME = {1002: 1.5, 1004: 3.0, 1007: 2.0}  # focus distances in metres by frame
-
-
-@pytest.fixture(scope="module")
-def film(session_context, tmp_path_factory) -> Iterator[Gui]:
-    with film_window(session_context, tmp_path_factory.mktemp("film")) as gui:
-        yield gui
 
 
 @pytest.fixture
@@ -48,11 +41,6 @@ def f_stop_frames(gui) -> list[float]:
     return [key.frame for key in gui.session.facts.shot.curves.f_stop.keys]
 
 
-def undo_count(gui) -> int:
-    gui.rest()
-    return len(gui.session.editing.history.past)
-
-
 def key_position(gui, number: int, parameter=FOCUS) -> tuple[float, float]:
     x, y, _, _ = gui.rect(f"key {parameter} {number}")
     return x, y
@@ -74,7 +62,7 @@ def test_k_key_sets_keys_of_every_parameter_that_has_keys(keyed):
     value = keyed.session.facts.lens.focus_distance_m
     keyed.key(K.k)
     assert focus_keys(keyed) == FOCUS_M_BY_FRAME | {1006: value}
-    assert f_stop_frames(keyed) == [1004, 1006] and undo_count(keyed) == 1
+    assert f_stop_frames(keyed) == [1004, 1006] and keyed.undo_count() == 1
 
 
 def test_click_in_the_picture_sets_a_key_unless_auto_key_is_off(keyed):
@@ -93,7 +81,7 @@ def test_click_in_the_picture_sets_a_key_unless_auto_key_is_off(keyed):
 def test_key_drag_is_one_undo_step_and_restores_passed_keys(keyed):
     drag_key(keyed, 1002, 1005, via_frames=(1003, 1004))
     assert focus_keys(keyed) == {1004: 3.0, 1005: 1.5, 1007: 2.0}
-    assert undo_count(keyed) == 1
+    assert keyed.undo_count() == 1
     assert keyed.session.time.keys.selection == {KeyId(FOCUS, 1005)}
     keyed.key(K.z, ctrl=True)
     assert focus_keys(keyed) == FOCUS_M_BY_FRAME
@@ -107,7 +95,7 @@ def test_shift_clicked_keys_move_together(keyed):
     keyed.frame(30)
     drag_key(keyed, 1004, 1005, F_STOP)
     assert focus_keys(keyed) == {1003: 1.5, 1004: 3.0, 1007: 2.0}
-    assert f_stop_frames(keyed) == [1005] and undo_count(keyed) == 1
+    assert f_stop_frames(keyed) == [1005] and keyed.undo_count() == 1
 
 
 def test_box_drag_chooses_keys_and_a_click_beside_clears_them(keyed):
@@ -118,7 +106,7 @@ def test_box_drag_chooses_keys_and_a_click_beside_clears_them(keyed):
     assert keyed.session.time.keys.selection == {KeyId(FOCUS, 1004), KeyId(FOCUS, 1007)}
     keyed.frame(30)
     keyed.key(K.delete)
-    assert focus_keys(keyed) == {1002: 1.5} and undo_count(keyed) == 1
+    assert focus_keys(keyed) == {1002: 1.5} and keyed.undo_count() == 1
     keyed.click((x1, y))
     assert not keyed.session.time.keys.selection
 
@@ -128,7 +116,7 @@ def test_ctrl_drag_moves_all_later_keys(keyed):
     drag_key(keyed, 1004, 1005)
     keyed.hold(K.mod_ctrl, down=False)
     assert focus_keys(keyed) == {1002: 1.5, 1005: 3.0, 1008: 2.0}
-    assert f_stop_frames(keyed) == [1005] and undo_count(keyed) == 1
+    assert f_stop_frames(keyed) == [1005] and keyed.undo_count() == 1
 
 
 def test_copied_keys_are_pasted_at_the_playhead(keyed):
@@ -141,7 +129,7 @@ def test_copied_keys_are_pasted_at_the_playhead(keyed):
     keyed.key(K.v, ctrl=True, shift=True)
     assert focus_keys(keyed) == FOCUS_M_BY_FRAME | {1006: 1.5, LAST: 3.0}
     assert keyed.session.time.keys.selection == {KeyId(FOCUS, 1006), KeyId(FOCUS, 1008)}
-    assert undo_count(keyed) == 1
+    assert keyed.undo_count() == 1
 
 
 def test_ctrl_shift_arrows_move_keys_by_a_frame(keyed):
@@ -169,7 +157,7 @@ def test_ease_drag_makes_a_bezier_segment_in_one_undo_step(keyed):
     keyed.drag(position, (position[0] + 30, position[1]))
     first = keyed.session.facts.shot.curves.focus_distance_m.keys[0]
     assert first.interpolation is Interpolation.BEZIER
-    assert first.ease_out.influence_percent > 100 / 3 and undo_count(keyed) == 1
+    assert first.ease_out.influence_percent > 100 / 3 and keyed.undo_count() == 1
 
 
 def test_up_and_down_keys_move_to_the_next_key(keyed):
@@ -191,7 +179,7 @@ def test_dot_of_a_row_toggles_a_key(gui):
 
 def test_dot_of_a_lens_control_sets_a_key(gui):
     gui.click(gui.middle(f"lens dot {FOCUS}"))
-    assert list(focus_keys(gui)) == [FIRST] and undo_count(gui) == 1
+    assert list(focus_keys(gui)) == [FIRST] and gui.undo_count() == 1
 
 
 def test_frame_with_an_impossible_lens_is_reported(gui):

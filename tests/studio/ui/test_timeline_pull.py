@@ -1,7 +1,5 @@
 """A focus pull by hand: recorded while the shot plays, and stretched by its end."""
 
-from collections.abc import Iterator
-
 import pytest
 from imgui_bundle import imgui
 
@@ -10,16 +8,10 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import PullShape, RecordingState, shaped_pull
 from support.gui import Gui
 from support.sequences import FIRST, LAST
-from support.timeline_window import film_window, reset_window, ruler_position
+from support.timeline_window import reset_window, ruler_position
 
 K = imgui.Key
 FOCUS = LensParameter.FOCUS_DISTANCE
-
-
-@pytest.fixture(scope="module")
-def film(session_context, tmp_path_factory) -> Iterator[Gui]:
-    with film_window(session_context, tmp_path_factory.mktemp("film")) as gui:
-        yield gui
 
 
 @pytest.fixture

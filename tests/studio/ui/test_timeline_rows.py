@@ -1,7 +1,6 @@
 """The curve of the chosen row: its scale, its labels and its handles."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
@@ -16,7 +15,7 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.ui.timeline.curve_axis import AXES, CurveLine
 from support.gui import Gui
 from support.sequences import LAST
-from support.timeline_window import film_window, reset_window, ruler_position
+from support.timeline_window import reset_window, ruler_position
 
 K = imgui.Key
 FOCUS, F_STOP = LensParameter.FOCUS_DISTANCE, LensParameter.F_STOP
@@ -28,12 +27,6 @@ KEY_VALUES = {
     SQUEEZE: {1002: 1.0, 1004: 2.0, 1007: 1.5},
 }
 SCALED_PARAMETERS = (F_STOP, FOCAL, SQUEEZE)
-
-
-@pytest.fixture(scope="module")
-def film(session_context, tmp_path_factory) -> Iterator[Gui]:
-    with film_window(session_context, tmp_path_factory.mktemp("film")) as gui:
-        yield gui
 
 
 @pytest.fixture
@@ -62,11 +55,6 @@ def key_position(gui: Gui, number: int, parameter: LensParameter) -> tuple[float
 
 def values(gui: Gui, parameter: LensParameter) -> dict[float, float]:
     return {key.frame: key.value for key in gui.session.facts.shot.curves.of(parameter).keys}
-
-
-def undo_count(gui: Gui) -> int:
-    gui.rest()
-    return len(gui.session.editing.history.past)
 
 
 # The scale
@@ -138,7 +126,7 @@ def test_key_drag_changes_frame_and_value_in_one_undo_step(gui, parameter):
     gui.drag((x, y), (ruler_position(gui, 1006)[0], y - 10.0))
     expected = axis.value_at(axis.level_of(KEY_VALUES[parameter][1007]) - 10.0 / unit)
     assert values(gui, parameter)[1006] == pytest.approx(expected, rel=1e-4)
-    assert 1007 not in values(gui, parameter) and undo_count(gui) == 1
+    assert 1007 not in values(gui, parameter) and gui.undo_count() == 1
     assert values(gui, FOCUS) == KEY_VALUES[FOCUS]
 
 
@@ -153,7 +141,7 @@ def test_handle_drag_bends_the_f_stop_curve_only(gui):
     gui.drag((x, y), (x, y - 15.0))
     assert gui.session.facts.shot.lens_at(1005).f_stop > before * 1.01
     assert gui.session.facts.shot.curves.focus_distance_m == focus
-    assert undo_count(gui) == 2
+    assert gui.undo_count() == 2
 
 
 def test_impossible_squeeze_is_refused_and_reported(gui):

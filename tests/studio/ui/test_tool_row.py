@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.ui.timeline.tool_row import Tool, highest_fitting_rank
 from support.gui import Gui
-from support.timeline_window import film_window, reset_window, type_into
+from support.timeline_window import reset_window, type_into
 
 SPACING, MORE_BUTTON_WIDTH = 8.0, 30.0
 ROWS = [f"row {parameter}" for parameter in LensParameter if not parameter.is_rare]
@@ -51,12 +51,6 @@ def test_highest_fitting_rank_shows_as_many_tools_as_fit(
     ranks = sorted({tool.rank for tool in tools if not tool.is_rare})
     assert width(tools, last_rank) <= row_width or last_rank == ranks[0]
     assert all(width(tools, rank) > row_width for rank in ranks if rank > last_rank)
-
-
-@pytest.fixture(scope="module")
-def film(session_context, tmp_path_factory) -> Iterator[Gui]:
-    with film_window(session_context, tmp_path_factory.mktemp("film")) as gui:
-        yield gui
 
 
 @pytest.fixture

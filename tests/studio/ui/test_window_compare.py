@@ -8,7 +8,6 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.model.view.view import Against, Compare
-from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.studio.settings.preferences import Preferences
 from support.exr_files import write_file
 from support.gui import gui_of
@@ -18,12 +17,6 @@ from support.window_plates import display_bytes, plate_pixels, render_shot_from_
 
 K = imgui.Key
 HANDLE_REACH_EM = 1.6  # how far the letters and the grip reach from the line of the wipe
-
-
-@pytest.fixture(scope="module")
-def other_renderer(session_context) -> FrameRenderer:
-    """Return a renderer that is not the window's."""
-    return FrameRenderer(session_context)
 
 
 @pytest.fixture

@@ -17,12 +17,6 @@ def focus_m(gui) -> float:
     return gui.session.facts.lens.focus_distance_m
 
 
-def undo_count(gui) -> int:
-    """Let the input rest, then return the number of steps that undo can go back."""
-    gui.rest()
-    return len(gui.session.editing.history.past)
-
-
 def type_into(gui, name: str, text: str) -> None:
     gui.later()  # or two clicks would be a double click
     gui.click(gui.middle(name))
@@ -38,9 +32,9 @@ def test_focus_bar_drag_is_linear_in_dioptres_and_one_undo_step(gui):
     assert focus_m(gui) == pytest.approx(
         1 / (0.75 * gui.session.facts.histogram.most_dioptres), rel=0.02
     )
-    assert undo_count(gui) == 1
+    assert gui.undo_count() == 1
     gui.drag((x0 + 20, y), (x1 + 200, y))
-    assert focus_m(gui) == math.inf and undo_count(gui) == 2
+    assert focus_m(gui) == math.inf and gui.undo_count() == 2
 
 
 @pytest.mark.parametrize(
@@ -62,7 +56,7 @@ def test_lens_slider_drag_is_one_undo_step(gui, name, field):
     gui.drag((x - 20, y), (x + 35, y), steps=6)
     after = gui.session.facts.shot
     assert getattr(after.lens, field) != getattr(before.lens, field)
-    assert undo_count(gui) == 1
+    assert gui.undo_count() == 1
     assert (
         replace(after, lens=replace(after.lens, **{field: getattr(before.lens, field)})) == before
     )
@@ -100,7 +94,7 @@ def test_exposure_drag_is_no_undo_step(gui):
     x, y = gui.middle("exposure")
     gui.drag((x, y), (x + 40, y))
     assert gui.session.facts.view.exposure_stops > 0
-    assert undo_count(gui) == 0
+    assert gui.undo_count() == 0
 
 
 def test_f_stop_slider_snaps_to_third_stops(gui):
@@ -124,7 +118,7 @@ def test_f_stop_slider_snaps_to_third_stops(gui):
 def test_distance_field_takes_any_unit(gui, text, distance_m):
     type_into(gui, "distance", text)
     assert focus_m(gui) == pytest.approx(distance_m, rel=1e-12)
-    assert undo_count(gui) == 1
+    assert gui.undo_count() == 1
 
 
 @pytest.mark.parametrize("text", ["two metres", "-3", "", "6'3''5"])
@@ -213,7 +207,7 @@ def ctrl_click_and_type(gui, name: str, text: str) -> None:
 def test_focal_length_field_takes_decimal_comma_or_point(gui, text):
     ctrl_click_and_type(gui, "focal length", text)
     assert gui.session.facts.lens.focal_length_mm == 40.5
-    assert undo_count(gui) == 1
+    assert gui.undo_count() == 1
 
 
 @pytest.mark.parametrize("text", ["-5", "xyz", "0", "1e9"])

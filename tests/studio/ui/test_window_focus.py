@@ -21,12 +21,6 @@ def focus_m(gui) -> float:
     return gui.session.facts.lens.focus_distance_m
 
 
-def undo_count(gui) -> int:
-    """Let the input rest, then return the number of steps that undo can go back."""
-    gui.rest()
-    return len(gui.session.editing.history.past)
-
-
 # Clicks in the picture
 
 
@@ -36,7 +30,7 @@ def test_click_focuses_at_the_depth_of_the_pixel(gui, pixel, distance_m):
     gui.rest()
     gui.click(gui.at_picture(*middle_of(pixel)))
     assert focus_m(gui) == distance_m
-    assert undo_count(gui) == 2
+    assert gui.undo_count() == 2
 
 
 def test_click_hits_the_same_pixel_at_every_zoom(gui):
@@ -55,7 +49,7 @@ def test_click_beside_the_picture_changes_nothing(gui):
     before = gui.session.facts.shot
     for point in ((-3, 10), (WIDTH + 3, 10), (10, -3), (10, HEIGHT + 3)):
         gui.click(gui.at_picture(*point))
-    assert gui.session.facts.shot == before and undo_count(gui) == 0
+    assert gui.session.facts.shot == before and gui.undo_count() == 0
     assert gui.session.messages.text == ""
 
 
@@ -67,7 +61,7 @@ def test_picture_drag_focuses_under_the_pointer_in_one_undo_step(gui):
         distances_m.append(focus_m(gui))
     gui.release()
     assert distances_m == [POST_M, BALL_M, math.inf, math.inf, POST_M]
-    assert undo_count(gui) == 1
+    assert gui.undo_count() == 1
 
 
 def test_drag_that_leaves_the_picture_changes_no_other_control(gui):
@@ -77,7 +71,7 @@ def test_drag_that_leaves_the_picture_changes_no_other_control(gui):
     gui.move(gui.middle("focus bar"))
     gui.move(gui.middle("exposure"))
     gui.release()
-    assert (focus_m(gui), undo_count(gui)) == (POST_M, 1)
+    assert (focus_m(gui), gui.undo_count()) == (POST_M, 1)
     assert gui.session.facts.view.exposure_stops == 0.0
 
 
@@ -141,7 +135,7 @@ def test_wheel_over_the_focus_bar_or_its_field_nudges_focus(gui):
     gui.frame()
     gui.wheel(gui.middle("distance"), -1)
     assert 1 / focus_m(gui) == pytest.approx(start + 2 * step)
-    assert undo_count(gui) == 1
+    assert gui.undo_count() == 1
     assert gui.session.facts.view.zoom is None
 
 
@@ -239,7 +233,7 @@ def test_shift_wheel_over_the_picture_focuses_without_zooming(gui):
     gui.frame()
     step = gui.session.facts.histogram.most_dioptres / 250
     assert 1 / focus_m(gui) == pytest.approx(start + 2 * step)
-    assert gui.session.facts.view.zoom is None and undo_count(gui) == 1
+    assert gui.session.facts.view.zoom is None and gui.undo_count() == 1
 
 
 def test_undo_and_redo_step_through_every_gesture(gui):

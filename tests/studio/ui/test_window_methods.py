@@ -19,12 +19,6 @@ K = imgui.Key
 PLATE_METHODS = [method for method in Method if not method.needs_scene]
 
 
-@pytest.fixture(scope="module")
-def other_renderer(session_context) -> FrameRenderer:
-    """Return a renderer that is not the window's."""
-    return FrameRenderer(session_context)
-
-
 @pytest.fixture
 def gui(gui):
     gui.do("1:1")

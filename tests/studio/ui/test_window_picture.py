@@ -12,7 +12,6 @@ from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.fronts.commands.main import main
 from heatlens.media.plate.read import read_plate
 from heatlens.render.display.overlay_pass import OverlayPass
-from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
 from support.plates import room
 from support.session_files import HEIGHT, LENS, POST, WIDTH, room_file
@@ -20,12 +19,6 @@ from support.window_plates import display_bytes, plate_pixels, render_shot_from_
 
 K = imgui.Key
 FILM = DefocusSettings()
-
-
-@pytest.fixture(scope="module")
-def other_renderer(session_context) -> FrameRenderer:
-    """Return a renderer that is not the window's."""
-    return FrameRenderer(session_context)
 
 
 @pytest.fixture

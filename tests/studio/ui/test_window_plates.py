@@ -24,12 +24,6 @@ from support.session_files import BALL, HEIGHT, LENS, POST, SKY, WIDTH, room_fil
 K = imgui.Key
 
 
-@pytest.fixture(scope="module")
-def other_renderer(session_context) -> FrameRenderer:
-    """Return a renderer that is not the window's."""
-    return FrameRenderer(session_context)
-
-
 def assert_shows_renderers_picture(gui: Gui, other_renderer: FrameRenderer) -> None:
     gui.settled()
     other_renderer.load(

@@ -1,7 +1,6 @@
 """A scene in the window: camera moves by mouse, camera keys, objects, and methods for scenes."""
 
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,16 +20,9 @@ from heatlens.studio.ui.status_bar import mouse_words
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
 from support.scene_window import draw_small, picture_center, reset_scene, wait_for_whole_picture
-from support.session_files import QUICK, write_scene
+from support.session_files import QUICK
 
 LEFT, RIGHT = 0, 1
-
-
-@pytest.fixture(scope="module")
-def window(session_context: Device, tmp_path_factory) -> Iterator[Gui]:
-    scene = write_scene(tmp_path_factory.mktemp("scene") / "scene.glb")
-    with gui_of(session_context, scene, defocus=QUICK) as gui:
-        yield gui
 
 
 @pytest.fixture

@@ -9,21 +9,13 @@ from heatlens.core.model.focus.coc import coc_line, coc_px
 from heatlens.core.model.marks.marks import PointMark
 from heatlens.render.gpu.device import Device
 from heatlens.render.scene_gpu import scene_plate
-from support.gui import Gui, gui_of
+from support.gui import Gui
 from support.scene_window import draw_small, picture_center, reset_scene, wait_for_whole_picture
-from support.session_files import QUICK, write_scene
 from support.watched_calls import watch_calls
 
 RIGHT = 1
 LARGE = (480, 270)
 MIDDLE = (240, 135)
-
-
-@pytest.fixture(scope="module")
-def window(session_context: Device, tmp_path_factory) -> Iterator[Gui]:
-    scene = write_scene(tmp_path_factory.mktemp("scene") / "scene.glb")
-    with gui_of(session_context, scene, defocus=QUICK) as gui:
-        yield gui
 
 
 @pytest.fixture
