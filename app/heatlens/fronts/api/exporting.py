@@ -1,29 +1,18 @@
 """Export a source to files, with the same result as the command `heatlens export`."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from heatlens.core.base.extras import OnUse
-from heatlens.core.model.lens.aperture import Aperture
-from heatlens.core.model.lens.lens import Lens, MeasuredFrom
-from heatlens.core.model.lens.opening_image import OpeningImage
-from heatlens.core.model.option import options_of
-from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.core.model.shot.settings import DefocusSettings
-from heatlens.deliver.export.options import ExportOptions
+from heatlens.core.model.lens.lens import MeasuredFrom
 from heatlens.deliver.export.run import export_frames
 from heatlens.fronts.api.engine import ENGINE
 from heatlens.fronts.api.request import RenderRequest
 
-_plan_of_words = OnUse("fronts.commands.export_for_python", "plan_of_words")
-_FLAGS = {
-    name: option.flag
-    for kind in (PlateOptions, DefocusSettings, Aperture, Lens, ExportOptions)
-    for name, option in options_of(kind).items()
-} | {"model": "lens-model"}
+_plan_of_values = OnUse("fronts.commands.export_for_python", "plan_of_values")
 
 
 @dataclass(frozen=True)
@@ -47,24 +36,10 @@ class ExportedFrame:
 Progress = Callable[[ExportedFrame], object]
 
 
-def option_words(values: Mapping[str, object]) -> Iterator[str]:
-    """Yield the options of the command line for values of fields; False and None give none."""
-    for name, value in values.items():
-        flag = f"--{_FLAGS[name]}"
-        items = value if isinstance(value, tuple) else (value,)
-        for item in items:
-            if item is True:
-                yield flag
-            elif item is not None and item is not False:
-                yield f"{flag}={item.path if isinstance(item, OpeningImage) else item}"
-
-
-def request_words(request: RenderRequest, export_fields: Mapping[str, object]) -> Iterator[str]:
-    """Yield the options of the command line for the lens, the blur and the files."""
-    lens_fields = _as_measured(request.lens_fields)
-    yield from option_words({**lens_fields, **request.blur_fields, **export_fields})
-    if request.focus_at is not None:
-        yield "--focus-at={},{}".format(*request.focus_at)
+def request_values(request: RenderRequest) -> dict[str, Any]:
+    """Return the values of the options of the command line for the lens and the blur."""
+    focus_at = None if request.focus_at is None else "{},{}".format(*request.focus_at)
+    return {**_as_measured(request.lens_fields), **request.blur_fields, "focus_at": focus_at}
 
 
 def _as_measured(lens_fields: Mapping[str, Any]) -> dict[str, Any]:
@@ -79,10 +54,14 @@ def _as_measured(lens_fields: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def run_export(
-    words: tuple[str, ...], progress: Progress | None, is_cancelled: Callable[[], bool] | None
+    source: str,
+    output: str,
+    values: Mapping[str, object],
+    progress: Progress | None,
+    is_cancelled: Callable[[], bool] | None,
 ) -> tuple[Path, ...]:
-    """Export what the words of a command line describe; return the files of finished frames."""
-    plan = _plan_of_words(words)
+    """Export a source with the options of these values; return the files of finished frames."""
+    plan = _plan_of_values(source, output, values)
     paths: dict[Path, None] = {}  # in order, each once: all frames of a movie share one file
     ENGINE.unload_all()  # the export loads its own frames
     with closing(export_frames(plan, ENGINE.renderer)) as steps:

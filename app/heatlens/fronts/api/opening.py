@@ -18,7 +18,6 @@ from heatlens.fronts.api.arguments import (
     is_single,
     short_repr,
 )
-from heatlens.fronts.api.exporting import option_words
 from heatlens.fronts.api.keywords import ReadingOptions
 from heatlens.fronts.api.notes import errors_with_python_names
 from heatlens.fronts.api.source import Source
@@ -77,18 +76,8 @@ def open(
         _refuse_arguments("a file", depth_m=depth_m, coc_px=coc_px)
         name = check_text("source", source)
         opened = _open_name(name, camera, size, options)
-        opened.set_words(_words_of(name, camera, size, options))
+        opened.set_name(name, {**options, "scene_camera": camera, "size": size})
         return opened
-
-
-def _words_of(
-    name: str, camera: str | None, size: tuple[int, int] | None, options: Values
-) -> tuple[str, ...]:
-    """Return the words by which a command line names the source, with how it is read."""
-    camera_words = () if camera is None else (f"--scene-camera={camera}",)
-    size_words = () if size is None else ("--size={}x{}".format(*size),)
-    name = os.path.join(os.curdir, name) if name.startswith("-") else name  # no option
-    return (name, *camera_words, *size_words, *option_words(options))
 
 
 def _plate_of_arrays(

@@ -9,6 +9,7 @@ from typing import Any, Unpack
 from heatlens.core.base.closing import Closing
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.option import Values
 from heatlens.core.model.shot.shot import Shot
 from heatlens.deliver.export.options import ExportOptions
 from heatlens.fronts.api.arguments import (
@@ -20,7 +21,7 @@ from heatlens.fronts.api.arguments import (
     check_whole_number,
 )
 from heatlens.fronts.api.engine import ENGINE
-from heatlens.fronts.api.exporting import Progress, request_words, run_export
+from heatlens.fronts.api.exporting import Progress, request_values, run_export
 from heatlens.fronts.api.frame import Frame, FrameFacts, FrameProperties
 from heatlens.fronts.api.keywords import ExportKeywords, RenderOptions
 from heatlens.fronts.api.notes import Notes, errors_with_python_names
@@ -41,11 +42,12 @@ class Source(FrameProperties, Closing):
     def __init__(self) -> None:
         """Begin without notes."""
         self._notes = Notes()
-        self._words: tuple[str, ...] = ()
+        self._name = ""
+        self._reading: Values = {}
 
-    def set_words(self, words: tuple[str, ...]) -> None:
-        """Set the words by which a command line names this source, with its options."""
-        self._words = words
+    def set_name(self, name: str, reading: Values) -> None:
+        """Set the name of the file, and the values of the options with which it is read."""
+        self._name, self._reading = name, reading
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -163,7 +165,7 @@ class Source(FrameProperties, Closing):
         values = {name: given.get(name) for name in LENS_VALUES}
         with errors_with_python_names():
             check_names("export", given)
-            if not self._words:
+            if not self._name:
                 raise InputError(
                     "Arrays have no file to export: render them, and write the result."
                 )
@@ -171,9 +173,10 @@ class Source(FrameProperties, Closing):
                 lens, None, values, given.get("focus_at"), given.get("lens_model"), given
             )
             given = {name: given[name] for name in EXPORT_OPTION_NAMES if name in given}
-            words = request_words(request, check_values(ExportOptions, given))
-            out = f"--output={check_text('output', output)}"
-            return run_export((*self._words, out, *words), progress, is_cancelled)
+            options_of_files = check_values(ExportOptions, given)
+            values = {**self._reading, **request_values(request), **options_of_files}
+            out = check_text("output", output)
+            return run_export(self._name, out, values, progress, is_cancelled)
 
     @abstractmethod
     def _load_shot(self, renderer: FrameRenderer, request: RenderRequest) -> tuple[Shot, int]:

@@ -5,7 +5,7 @@ The options of the blur, which many commands share, are also made here.
 """
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from enum import StrEnum
 from typing import Any, Literal, get_args, get_origin
@@ -67,6 +67,13 @@ def fill_fields(args: argparse.Namespace, record: object) -> None:
         typed_value, value = getattr(args, _attribute_name(option)), getattr(record, name)
         if (typed_value is None or typed_value is False) and value != getattr(kind(), name):
             setattr(args, _attribute_name(option), value)
+
+
+def set_fields(args: argparse.Namespace, kind: type, values: Mapping[str, object]) -> None:
+    """Set the options of fields to `values`, by the names of the fields."""
+    for name, option in options_of(kind).items():
+        if values.get(name) is not None:
+            setattr(args, _attribute_name(option), values[name])
 
 
 def attribute_names(kind: type, names: Iterable[str] = ()) -> tuple[str, ...]:
