@@ -1,6 +1,7 @@
 """A server of the stream, for the tests of its protocol and its pictures."""
 
 import pytest
+
 from support.tev_peers import serving
 
 

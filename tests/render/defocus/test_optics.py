@@ -87,22 +87,6 @@ def test_coc_at_infinity_of_coc_plate_is_its_largest() -> None:
     assert optics.line is None and optics.at_infinity_px == 7.0
 
 
-@pytest.mark.parametrize(
-    ("cocs", "disc", "hidden_px"),
-    [
-        ((0.0, 0.0), DiscShape(), 8),
-        ((5.0, 30.0), DiscShape(), 8 + 15),
-        ((-20.0, 12.0), DiscShape(), 8 + 20),
-        ((-20.0, 50.0), DiscShape(), 8 + 35),
-        ((-20.0, 12.5), DiscShape(pixel_aspect_ratio=2.0), 8 + 40),
-        ((-20.0, 12.0), DiscShape(Aperture(squeeze=2.0)), 8 + 20),
-        ((-20.2, 0.0), DiscShape(), 8 + 21),
-    ],
-)
-def test_uncovered_px_adds_both_blurs_and_eight_pixels(cocs, disc, hidden_px) -> None:
-    assert Optics(line=None, occupied_px=np.array(cocs), disc=disc).uncovered_px == hidden_px
-
-
 @given(LINES, COCS, SCALES)
 def test_scaled_optics_scales_coc_line_and_axial_color(
     line: CocLine, cocs: np.ndarray, proxy: float

@@ -12,7 +12,7 @@ from heatlens.core.model.view.view import Against, Compare
 from heatlens.media.documents.shot_file import read_shot, write_shot
 from heatlens.media.sequence.folder_walk import ChosenFile
 from heatlens.studio.session.files import shot_versions
-from heatlens.studio.session.files.shot_versions import keep_version, versions_in
+from heatlens.studio.session.files.shot_versions import VersionKind, keep_version, versions_in
 from heatlens.studio.settings.file_purposes import PURPOSES
 from support.evening import FIRST, RIGHT, run_until, run_until_settled
 
@@ -23,18 +23,17 @@ def focused_at(distance_m: float) -> Shot:
     return replace(SHOT, lens=replace(SHOT.lens, focus_distance_m=distance_m))
 
 
-@given(st.lists(st.tuples(st.floats(1.0, 900.0), st.booleans()), max_size=24))
+@given(st.lists(st.tuples(st.floats(1.0, 900.0), st.sampled_from(VersionKind)), max_size=24))
 def test_at_most_ten_versions_are_kept_and_close_autosaves_are_one(tmp_path_factory, writes):
     folder, now_s, expected = tmp_path_factory.mktemp("v") / "a", 1e9, []
-    for pause_s, is_save in writes:
+    for pause_s, kind in writes:
         now_s += round(pause_s, 3)
-        if expected and not expected[-1][1] and now_s - expected[-1][0] < 300.0 - 1e-3:
+        if expected and expected[-1][1] == "autosaved" and now_s - expected[-1][0] < 300.0 - 1e-3:
             expected.pop()
-        keep_version(folder, focused_at(now_s), is_save, now_s)
-        expected.append((now_s, is_save))
+        keep_version(folder, focused_at(now_s), kind, now_s)
+        expected.append((now_s, kind))
     kinds = [version.kind for version in versions_in(folder)]
-    wanted = ["saved" if is_save else "autosaved" for _, is_save in reversed(expected)]
-    assert kinds == wanted[:10]
+    assert kinds == [kind for _, kind in reversed(expected)][:10]
 
 
 def test_versions_of_all_shots_together_stay_small(tmp_path, monkeypatch):
@@ -43,7 +42,7 @@ def test_versions_of_all_shots_together_stay_small(tmp_path, monkeypatch):
     (tmp_path / "versions" / "b" / "notes.txt").write_text("of the user " * 1000)
     for index in range(12):
         folder = tmp_path / "versions" / "ab"[index % 2]
-        keep_version(folder, focused_at(2.0 + index), is_save=True, now_s=1e9 + index)
+        keep_version(folder, focused_at(2.0 + index), VersionKind.SAVED, now_s=1e9 + index)
     files = list((tmp_path / "versions").glob("*/*.json"))
     assert sum(path.stat().st_size for path in files) <= 4000
     newest = versions_in(tmp_path / "versions" / "b")[0]
@@ -53,7 +52,7 @@ def test_versions_of_all_shots_together_stay_small(tmp_path, monkeypatch):
 
 def test_shot_that_is_saved_twice_is_one_version(tmp_path):
     for now_s in (1e9, 1e9 + 1000.0):
-        keep_version(tmp_path / "a", SHOT, is_save=True, now_s=now_s)
+        keep_version(tmp_path / "a", SHOT, VersionKind.SAVED, now_s=now_s)
     (version,) = versions_in(tmp_path / "a")
     assert version.written_ms == int((1e9 + 1000.0) * 1e3)
 

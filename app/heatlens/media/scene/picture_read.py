@@ -10,7 +10,6 @@ from PIL import Image, UnidentifiedImageError
 from heatlens.core.base.errors import InputError
 from heatlens.media.files.opened_by_ending import open_embedded_picture
 
-_FORMATS = ("PNG", "JPEG", "WEBP")
 # GPUs allow no larger textures; a damaged header can claim any size.
 _SIDE_MOST_PX = 16384
 _PIXELS_MOST = 1 << 27

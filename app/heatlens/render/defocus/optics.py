@@ -1,6 +1,5 @@
 """Describe the lens and the blur of a plate's depths, in pixels of the plate."""
 
-import math
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
@@ -9,8 +8,6 @@ import numpy.typing as npt
 
 from heatlens.core.model.focus.coc import NO_LINE, CocLine
 from heatlens.core.model.lens.disc_shape import DiscShape
-
-_UNCOVERED_MARGIN_PX = 8  # the tail of a kernel, and the neighborhood used by the fill
 
 
 class Color(IntEnum):
@@ -59,18 +56,6 @@ class Optics:
         return (self.line or NO_LINE).focus_offset_uniforms | {
             "at_infinity_px": self.at_infinity_px
         }
-
-    @property
-    def uncovered_px(self) -> int:
-        """How far behind a silhouette hidden content can show, in pixels.
-
-        The blur of the nearer surface uncovers half its own diameter, and the blur of the farther
-        surface adds half of its own.
-        """
-        uncovering = max(-self.nearest_px, 0.0)
-        widest = max(uncovering, abs(self.farthest_px))
-        reach_px = max(self.disc.half_extents) * (uncovering + widest) / 2
-        return math.ceil(reach_px) + _UNCOVERED_MARGIN_PX
 
     def in_color(self, color: Color) -> "Optics":
         """Return the optics for one color, whose focus differs because of axial color.

@@ -118,11 +118,6 @@ class Curve:
         late_keys = [key for key in self.keys if key.frame >= from_frame]
         return self._merge_keys(early_keys, _shift_keys(late_keys, by_frames))
 
-    def copy_keys(self, frames: Collection[float]) -> tuple[Key, ...]:
-        """Return the keys at these frames for `paste_keys`, with frames relative to the first."""
-        chosen_keys = self._keys_at(frames)
-        return tuple(_shift_keys(chosen_keys, -chosen_keys[0].frame)) if chosen_keys else ()
-
     def paste_keys(self, keys: Collection[Key], at_frame: float) -> "Curve":
         """Return the curve with copied keys from `at_frame` on.
 

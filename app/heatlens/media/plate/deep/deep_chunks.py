@@ -93,11 +93,6 @@ class DeepPart:
         """The number of each channel by its name in the part."""
         return {channel.name.decode(): k for k, channel in enumerate(self._channels)}
 
-    @property
-    def sample_count(self) -> int:
-        """Number of samples in the part."""
-        return sum(int(chunk.counts.sum()) for chunk in self._chunks)
-
     def bands(self, channels: Sequence[int]) -> Iterator[DeepBand]:
         """Yield the samples of all rows, band by band from top to bottom.
 

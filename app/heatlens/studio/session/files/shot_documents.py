@@ -18,6 +18,7 @@ from heatlens.media.sequence.sequence import Sequence
 from heatlens.render.source.opened import Opened
 from heatlens.studio.session.files.shot_versions import (
     Version,
+    VersionKind,
     keep_version,
     versions_folder,
     versions_in,
@@ -107,7 +108,7 @@ class ShotDocuments(Commands, Worker):
             self._track_write(self.store.drop_autosave(unnamed_path))
         self.path, self._saved, self._autosaved_shot = path, shot, shot
         self._writes.append((self.store.save(path, shot), path))
-        self._keep_version(shot, is_save=True)
+        self._keep_version(shot, VersionKind.SAVED)
         self._preferences.remember_opened(str(path))
 
     def proposed_name(self) -> str:
@@ -214,7 +215,7 @@ class ShotDocuments(Commands, Worker):
                 self.store.drop_autosave(target) if is_saved else self.store.autosave(target, shot)
             )
             if not is_saved:
-                self._keep_version(shot, is_save=False)
+                self._keep_version(shot, VersionKind.AUTOSAVED)
 
     @property
     def _versions_folder(self) -> Path | None:
@@ -233,11 +234,11 @@ class ShotDocuments(Commands, Worker):
         folder = self._versions_folder
         return () if folder is None else versions_in(folder)
 
-    def _keep_version(self, shot: Shot, is_save: bool) -> None:
+    def _keep_version(self, shot: Shot, kind: VersionKind) -> None:
         """Begin to keep a version of the open shot."""
         folder = self._versions_folder
         if folder is not None:
-            keep = partial(keep_version, folder, shot, is_save, time.time())
+            keep = partial(keep_version, folder, shot, kind, time.time())
             self.write(keep)
 
     def write_preferences(self) -> None:

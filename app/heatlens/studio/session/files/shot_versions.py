@@ -5,6 +5,7 @@ import re
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
+from enum import StrEnum
 from pathlib import Path
 
 from heatlens.core.model.keys.key_rows import key_count
@@ -14,8 +15,17 @@ from heatlens.media.documents.shot_file import SHOT_SUFFIX, write_shot
 VERSIONS_MOST = 10  # of one shot
 BYTES_MOST = 5_000_000  # of all shots together
 _FOLDER = "versions"
-_APART_S = 300.0  # a later autosave within this time replaces the one before
-_NAME = re.compile(rf"(\d{{13}})-(saved|autosaved)-(\d+)-(\d+){re.escape(SHOT_SUFFIX)}")
+_APART_S = 300.0  # a version within this time after an autosave replaces it
+
+
+class VersionKind(StrEnum):
+    """Why a version was kept."""
+
+    SAVED = "saved"
+    AUTOSAVED = "autosaved"
+
+
+_NAME = re.compile(rf"(\d{{13}})-({'|'.join(VersionKind)})-(\d+)-(\d+){re.escape(SHOT_SUFFIX)}")
 
 
 @dataclass(frozen=True)
@@ -24,7 +34,7 @@ class Version:
 
     path: Path
     written_ms: int  # since 1970
-    kind: str  # "saved" or "autosaved"
+    kind: VersionKind
     mark_count: int
     key_count: int
 
@@ -50,18 +60,21 @@ def versions_in(folder: Path) -> tuple[Version, ...]:
     return tuple(it for it in map(_version_of, paths) if it is not None)
 
 
-def keep_version(folder: Path, shot: Shot, is_save: bool, now_s: float) -> None:
-    """Write a version of a shot, and delete those that are too many, too large or too close.
+def keep_version(folder: Path, shot: Shot, kind: VersionKind, now_s: float) -> None:
+    """Write a version of a shot, and delete those that are too many or too large.
 
-    `now_s` is the time in seconds since 1970.
+    An autosave shortly before is deleted too, as a later version holds what it was for; a save
+    stays. `now_s` is the time in seconds since 1970.
     """
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)  # file names are private
-    now_ms, kind = int(now_s * 1e3), "saved" if is_save else "autosaved"
+    now_ms = int(now_s * 1e3)
     newest = next(iter(versions_in(folder)), None)
     name = f"{now_ms:013d}-{kind}-{len(shot.marks)}-{key_count(shot)}{SHOT_SUFFIX}"
     write_shot(folder / name, shot)
     if newest is not None:
-        is_close = newest.kind == "autosaved" and now_ms - newest.written_ms < _APART_S * 1e3
+        is_close = (
+            newest.kind is VersionKind.AUTOSAVED and now_ms - newest.written_ms < _APART_S * 1e3
+        )
         with suppress(FileNotFoundError):  # another window has deleted it
             if is_close or newest.path.read_bytes() == (folder / name).read_bytes():
                 newest.path.unlink()
@@ -86,4 +99,4 @@ def _version_of(path: Path) -> Version | None:
     match = _NAME.fullmatch(path.name)
     if match is None:
         return None
-    return Version(path, int(match[1]), match[2], int(match[3]), int(match[4]))
+    return Version(path, int(match[1]), VersionKind(match[2]), int(match[3]), int(match[4]))
