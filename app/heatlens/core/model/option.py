@@ -138,6 +138,12 @@ def changed_options(record: Any) -> list[str]:
     return arguments
 
 
+def known_values(record: object, names: Iterable[str]) -> Values:
+    """Return the fields `names` of a record that are not None, by name."""
+    values = {name: getattr(record, name) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
+
+
 def suggest_similar(name: str, known: Iterable[str]) -> str:
     """Return " Did you mean X?" for a similar known name, ignoring case; "" if there is none."""
     by_lower_case = {known_name.lower(): known_name for known_name in known}

@@ -242,7 +242,9 @@ def _output_facts(job: ExportJob) -> dict[str, object]:
         "view": [display_settings.transform.key, display_settings.transform.input_space],
         "exposure_stops": display_settings.exposure_stops,
         "gamma": display_settings.gamma,
-        "burn_in": _burn_in_facts(options) if options.burn_in else None,
+        "burn_in": [options.burn_in_text, options.unit, options.shot_name]
+        if options.burn_in
+        else None,
         **(
             {"guides": to_json(display_settings.guides)}
             if display_settings.guides != NO_GUIDES
@@ -250,11 +252,6 @@ def _output_facts(job: ExportJob) -> dict[str, object]:
         ),
         **_newer_options(job, LOOK),
     }
-
-
-def _burn_in_facts(options: ExportOptions) -> list[str]:
-    """Return the options that decide the text of the burn-in."""
-    return [options.burn_in_text, options.unit, options.shot_name]
 
 
 def _newer_options(job: ExportJob, group: str) -> dict[str, object]:

@@ -79,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
         result_picture = read_picture(path)
     result, truth = _shared_pixels(result_picture, read_picture(args.truth))
     scores = score(result, truth)
-    print(_as_json(scores) if args.json else _as_lines(scores))
+    print(json.dumps(dataclasses.asdict(scores)) if args.json else _as_lines(scores))
     if args.difference is not None:
         error = _error_panel(args, result, truth)
         write_difference(args.difference, result, truth, error)
@@ -168,10 +168,6 @@ def _as_lines(scores: Scores) -> str:
         f"{entry.label:<{width}}  {entry.form.format(getattr(scores, entry.field))}"
         for entry in _SCORES
     )
-
-
-def _as_json(scores: Scores) -> str:
-    return json.dumps(dataclasses.asdict(scores))
 
 
 def _missed_limits(args: argparse.Namespace, scores: Scores) -> list[str]:

@@ -179,7 +179,7 @@ class MediaFinder:
         if sequence is None:
             return Media(source, None, first or 0, start_s, target, note=note)
         first_frame = sequence.first if first is None else first
-        plates = sequence if _is_numbered(sequence) else None
+        plates = None if sequence.is_single else sequence
         return Media(
             _source_name(source, sequence), plates, first_frame, start_s, target, note=note
         )
@@ -252,11 +252,6 @@ def _sequence_at(source: str) -> Sequence | None:
         return find_sequence(source)
     except InputError:
         return None
-
-
-def _is_numbered(sequence: Sequence) -> bool:
-    """Return whether these are frames, and not a scene, a shot or a still picture."""
-    return not sequence.is_single
 
 
 def _source_name(source: str, sequence: Sequence) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -208,7 +208,7 @@ class Movie:
             if start == 0 or (first_number is not None and first_number <= number):
                 break
             frames_back = max(2 * frames_back, _SEEK_BACK_STEP)
-        self._frames = iter(()) if first is None else _prepend_frame(first, self._frames)
+        self._frames = iter(()) if first is None else chain((first,), self._frames)
 
     def _frames_from_here(self) -> Iterator["VideoFrame"]:
         """Yield the decoded frames from the current position of the file on."""
@@ -254,14 +254,6 @@ def _decoder_of_alpha(library: ModuleType, stream: "VideoStream") -> "VideoCodec
     decoder: VideoCodecContext = library.CodecContext.create(name, "r")
     decoder.extradata = stream.codec_context.extradata
     return decoder
-
-
-def _prepend_frame(
-    first: "VideoFrame", later_frames: Iterator["VideoFrame"]
-) -> Iterator["VideoFrame"]:
-    """Yield `first`, then the later frames."""
-    yield first
-    yield from later_frames
 
 
 def _convert_to_rgb(frame: "VideoFrame") -> MovieFrame:

@@ -80,7 +80,7 @@ def filmback_named(name: str) -> Filmback:
         hint = (
             f"nearest are {', '.join(similar_names)}"
             if similar_names
-            else f"known are {_all_names()}"
+            else f"known are {', '.join(back.name for back in FILMBACKS)}"
         )
         raise InputError(
             f"No film back is called {name!r}; {hint}. Its width in millimetres works too."
@@ -95,10 +95,6 @@ def _near_names(name: str) -> list[str]:
     containing_keys = [known_key for known_key in by_key if key and key in known_key]
     similar_keys = difflib.get_close_matches(key, by_key, n=5, cutoff=0.6)
     return [by_key[known_key] for known_key in dict.fromkeys(containing_keys + similar_keys)][:5]
-
-
-def _all_names() -> str:
-    return ", ".join(back.name for back in FILMBACKS)
 
 
 def _key(name: str) -> str:

@@ -36,13 +36,9 @@ class Grade:
         """Return the numbers as `parse_grade` reads them."""
         channels = (
             ",".join(f"{number:.10g}" for number in channel_values)
-            for channel_values in self._channels
+            for channel_values in (self.slope, self.offset, self.power)
         )
         return f"{' '.join(channels)} {self.saturation:.10g}"
-
-    @property
-    def _channels(self) -> tuple[Channels, Channels, Channels]:
-        return self.slope, self.offset, self.power
 
 
 def parse_grade(text: str) -> Grade:

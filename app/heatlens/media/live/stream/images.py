@@ -46,7 +46,7 @@ class TevImages:
     @property
     def value_count(self) -> int:
         """Number of float32 values in memory."""
-        return sum(map(_value_count, self._images.values()))
+        return sum(it.width * it.height * len(it.planes) for it in self._images.values())
 
     def get(self, name: str) -> TevImage | None:
         """Return the image called `name`, or None; the next message may change its planes."""
@@ -106,10 +106,6 @@ def unsent_mask(plane: FloatImage) -> NDArray[np.bool_]:
 def _unsent_plane(shape: tuple[int, int]) -> FloatImage:
     """Return a plane (H, W) whose pixels are all marked as not sent."""
     return np.full(shape, _NOT_SENT, np.uint32).view(np.float32)
-
-
-def _value_count(image: TevImage) -> int:
-    return image.width * image.height * len(image.planes)
 
 
 def _check_tile(image: TevImage, channel: str, tile: FloatImage, message: UpdateImage) -> None:

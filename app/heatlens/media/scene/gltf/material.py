@@ -75,7 +75,7 @@ class GltfMaterials:
             emission=_read_emission(record),
             emission_map=self.textures.map_number(record, "emissiveTexture"),
             normal_map=self.textures.map_number(record, "normalTexture"),
-            normal_scale=_normal_scale(bumps),
+            normal_scale=min(max(bumps.number("scale", 1.0), -_STEEPEST), _STEEPEST),
             occlusion_map=self.textures.map_number(record, "occlusionTexture"),
             occlusion=_read_share(occlusion, "strength"),
             is_lit=not record.object_at("extensions").has("KHR_materials_unlit"),
@@ -190,11 +190,6 @@ def _apply_alpha_mode(record: Record, material: Material) -> Material:
     if mode != "BLEND":
         record.refuse(f"{mode[:20]!r} is not an alpha mode of glTF")
     return replace(material, is_blended=True)
-
-
-def _normal_scale(bumps: Record) -> float:
-    """Return the scale of a normal map, limited to a safe range."""
-    return min(max(bumps.number("scale", 1.0), -_STEEPEST), _STEEPEST)
 
 
 def _read_emission(record: Record) -> Color:

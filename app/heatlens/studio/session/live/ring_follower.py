@@ -14,7 +14,7 @@ from statistics import median
 from heatlens.core.base.errors import LensError
 from heatlens.core.base.messages import Problem, Worker
 from heatlens.core.model.lens.lens import Lens, MeasuredFrom, from_pupil_m
-from heatlens.core.model.option import Values
+from heatlens.core.model.option import Values, known_values
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.timecode import Timecode
 from heatlens.media.camera.ring_samples import sample_of_shot
@@ -198,9 +198,8 @@ class RingFollower(Worker):
         if self.learning is not None:
             self.learning.observe(channels_of(ring_state.sample))
             return
-        values = _followed_values(self._from_pupil(ring_state.sample)) | self._mapped_values(
-            ring_state.sample
-        )
+        values = known_values(self._from_pupil(ring_state.sample), _FOLLOWED_FIELDS)
+        values |= self._mapped_values(ring_state.sample)
         changed_values: dict[str, object] = {
             name: value for name, value in values.items() if self._last_values.get(name) != value
         }
@@ -246,12 +245,6 @@ class RingFollower(Worker):
             return due_s
         wait_s = ring_state.silent_after_s - ring_state.age_s + 0.01
         return wait_s if wait_s < math.inf else None
-
-
-def _followed_values(sample: LensSample) -> dict[str, float]:
-    """Return the followed values of the lens that a sample has, by name."""
-    values = {name: getattr(sample, name) for name in _FOLLOWED_FIELDS}
-    return {name: value for name, value in values.items() if value is not None}
 
 
 _REPEAT_S = 0.5  # interval between samples of a resting lens; after one second it counts as silent

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 from heatlens.core.base.errors import LensError
 from heatlens.core.base.messages import Worker
-from heatlens.core.model.option import Values
-from heatlens.media.plate.plate import CameraHeader, Plate
+from heatlens.core.model.option import Values, known_values
+from heatlens.media.plate.plate import Plate
 from heatlens.render.source.stream_source import OpenedStream
 from heatlens.studio.session.lens.lens_commands import LensCommands
 from heatlens.studio.session.shared import Commands, Shared
@@ -31,7 +31,7 @@ class SentLens(Commands, Worker):
         self._lens_commands = lens_commands
         self._followed_stream: object = None  # the opened stream
         self._plate: Plate | None = None
-        self._last_values: Mapping[str, float] = {}
+        self._last_values: dict[str, float] = {}
         self._guessed_m: float | None = None  # a focus that was chosen while depth was missing
 
     def poll(self) -> None:
@@ -41,17 +41,15 @@ class SentLens(Commands, Worker):
             return
         if not isinstance(opened, OpenedStream):
             return
-        sent_values, is_first = _sent_values(plate.camera), self._followed_stream is not opened
+        sent_values = known_values(plate.camera, _FOLLOWED_FIELDS)
+        is_first = self._followed_stream is not opened
         changed_values = {
             name: value
             for name, value in sent_values.items()
             if self._last_values.get(name) != value
         }
         self._followed_stream, self._plate = opened, plate
-        self._last_values = {
-            **self._last_values,
-            **sent_values,
-        }  # a newly created camera sends no values at first
+        self._last_values |= sent_values  # a newly created camera sends no values at first
         command_line_values = self._command_line.lens_of(opened.text)
         if is_first:  # the shot already began with the lens of the first frame
             self._guessed_m = self._start_guess_m()
@@ -92,9 +90,3 @@ class SentLens(Commands, Worker):
             self._editing.edit_lens(replace(self._editing.lens, **values))
         except LensError as error:
             self._notify(f"The renderer sent a lens that cannot be used: {error}")
-
-
-def _sent_values(camera: CameraHeader) -> dict[str, float]:
-    """Return the followed values of the lens that the renderer sent, by name."""
-    values = {name: getattr(camera, name) for name in _FOLLOWED_FIELDS}
-    return {name: value for name, value in values.items() if value is not None}
