@@ -25,11 +25,12 @@ RENDERER = (
 )
 RARE_PARTS = (
     *("PIL", "fileseq", "heatlens.media.documents.edit_file", "heatlens.media.plate.behind"),
-    *("heatlens.media.plate.deep", "heatlens.media.plate.estimate.estimated_depth"),
+    *("heatlens.media.plate.deep.deep_plate", "heatlens.media.plate.estimate.estimated_depth"),
     *("heatlens.media.plate.neighbours.found", "heatlens.media.plate.mattes.cutout"),
     *("heatlens.media.plate.picture.picture_open", "heatlens.media.plate.tracking"),
     *("heatlens.media.scene.scene", "numpy.ma"),
 )
+UNUSED_BY_RENDER = tuple(part for part in RARE_PARTS if part != "heatlens.media.scene.scene")
 READERS = (
     "heatlens.media.scene.gltf",
     "heatlens.media.scene.usd",
@@ -47,22 +48,22 @@ def modules_loaded_by(*words: object) -> set[str]:
     return set(run.stderr.splitlines()[-1].split())
 
 
+def parts_among(modules: set[str], parts: tuple[str, ...]) -> set[str]:
+    """Return the parts that are loaded, as a whole or one of their modules."""
+    return {part for part in parts if any(f"{name}.".startswith(f"{part}.") for name in modules)}
+
+
 @pytest.fixture
 def plate(tmp_path):
     return write_file(tmp_path / "plate.exr", rgb() | {"Z": distances()})
 
 
-def test_render_of_plate_loads_no_scene_readers(plate, tmp_path):
+def test_render_of_plate_loads_neither_scene_readers_nor_rare_parts(plate, tmp_path):
     lens = "--f-stop 2 --focus-distance 3 --focal-length 50 --sensor-width 36".split()
     modules = modules_loaded_by("-q", "render", plate, "-o", tmp_path / "out.exr", *lens)
     assert "heatlens.render.defocus.pipeline" in modules
-    assert not {name for name in modules if name.startswith(READERS)}
+    assert not parts_among(modules, (*READERS, *UNUSED_BY_RENDER))
     assert "importlib.metadata" not in modules  # reports of faults alone tell versions
-
-
-def parts_among(modules: set[str], parts: tuple[str, ...]) -> set[str]:
-    """Return the parts that are loaded, as a whole or one of their modules."""
-    return {part for part in parts if any(f"{name}.".startswith(f"{part}.") for name in modules)}
 
 
 def test_info_of_plate_loads_neither_renderer_nor_rare_parts(plate):

@@ -282,7 +282,7 @@ def test_key_dragged_with_shift_goes_onto_the_line_of_a_mark_that_is_near(gui):
     gui.hold(K.mod_shift, down=False)
     gui.move((x, y + rise + 6))
     gui.release()
-    assert focus_keys(gui)[1004] != pytest.approx(2.2, rel=1e-4) and undo_count(gui) == 1
+    assert focus_keys(gui)[1004] != pytest.approx(2.2, rel=1e-4) and gui.undo_count() == 1
 
 
 def test_handle_without_influence_can_be_dragged_beside_its_key(gui):

@@ -19,6 +19,7 @@ _NUMBERED = re.compile(
     r"(.*?)(-?[0-9]+)((?:\.[^.]*[A-Za-z]|\.[vV][0-9]+)*\.[^.]*[A-Za-z][^.]*)", re.ASCII | re.DOTALL
 )
 _NUMBER = re.compile(r"-?[0-9]+", re.ASCII)
+_PADDING = re.compile("[#@%$<]")  # begins ####, @@@@, %04d, $F4 and <UDIM>
 _VERSION = re.compile(r".*(^|[^A-Za-z])[vV]", re.DOTALL)  # matches the shot_v of shot_v02.exr
 
 
@@ -87,6 +88,8 @@ def parse_pattern(name: str) -> tuple[NameForm, str | None] | None:
     A single number after a letter belongs to the name, so `take2####.exr` is take 2. Returns None
     if `name` is not a notation. Raises InputError for more than 20 digits.
     """
+    if not _PADDING.search(name):
+        return None
     from fileseq.constants import PAD_STYLE_HASH1
     from fileseq.filesequence import FileSequence
 

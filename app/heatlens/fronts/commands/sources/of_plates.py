@@ -142,13 +142,13 @@ def _read_plate_with_neighbours(
     The hidden surfaces are also written to `behind_out`, if it is given. Raises InputError if a
     file cannot be read or written.
     """
-    from heatlens.media.frame_cache.neighbour_reader import NeighbourReader
-    from heatlens.media.plate.exr.exr_write import behind_path, write_behind
-
     if not options.neighbours:
         if behind_out is not None:
             raise InputError("--behind-out writes what neighbouring frames show: add --neighbours.")
         return read_plate(path, options)
+    from heatlens.media.frame_cache.neighbour_reader import NeighbourReader
+    from heatlens.media.plate.exr.exr_write import behind_path, write_behind
+
     target = None if behind_out is None else behind_path(behind_out, path)
     reader = NeighbourReader(options, find_sequence(path))
     found_surfaces = reader.add_hidden_surfaces(reader.read_alone(path))
