@@ -59,7 +59,7 @@ MADE_UP = PictureFormat(
     word="Numbers",
     suffixes=(".numbers", ".nums"),
     begins=(b"NUMBERS",),
-    writing=Writing("12 bits, as lines", text_of, marks_of, ends, bits=12, most_px=40),
+    writing=Writing(text_of, marks_of, ends, bits=12, most_px=40),
 )
 
 
@@ -116,7 +116,7 @@ def test_export_refuses_to_overwrite_files_of_others(capsys, tmp_path, shot_file
 def test_help_lists_new_picture_format(capsys, command):
     with pytest.raises(SystemExit):
         main([command, "--help-all"])
-    assert ".numbers (12 bits, as lines)" in " ".join(capsys.readouterr().out.split())
+    assert ".numbers (12 bits)" in " ".join(capsys.readouterr().out.split())
 
 
 def test_window_offers_new_picture_format():

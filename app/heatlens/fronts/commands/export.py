@@ -94,11 +94,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--output",
         required=True,
         metavar="FILES",
-        help=f"out/name.####.exr; as they look: {words_written()}; or a movie: name.mov (ProRes), "
-        "name.mp4 (H.264). All but EXR show the display window. One missing folder is made. Files "
-        "of earlier exports are replaced where they are out of date; others need --overwrite. For "
-        "a reel, {shot} stands for the name of each shot, and a movie whose name lacks it shows "
-        "the whole cut",
+        help=f"out/name.####.exr; as displayed: {words_written()}; or a movie: .mov (ProRes), "
+        ".mp4 (H.264). For a reel, {shot} is a shot's name; without it a movie is the cut",
     )
     add_export_options(parser)
     add_reel_options(parser)

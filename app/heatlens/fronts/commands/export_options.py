@@ -79,9 +79,8 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
         choices=("terminal", "json", "openjd"),
         default="terminal",
         help="terminal: a progress line on stderr if it is a terminal (default); json: one line "
-        "on stdout for each frame, then a last one with the event end, or failed with a "
-        "message. An export that is stopped or crashes writes no last line and exits with "
-        "130 (Ctrl-C), 143 (SIGTERM) or 70; openjd: for a render farm",
+        "on stdout for each frame, then a last one with the event end, or failed with a message; "
+        "openjd: for a render farm",
     )
 
 

@@ -86,9 +86,8 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         required=True,
-        help="the picture, such as out.exr; for viewing, without overscan: "
-        f"{words_written()}; or - for an EXR on standard output. Replaces an existing file, and "
-        "makes one missing folder",
+        help=f"the picture: .exr, or as displayed and without overscan {words_written()}; - is an "
+        "EXR on standard output. Replaces an existing file, and makes one missing folder",
     )
     parser.add_argument(
         "--behind-out",

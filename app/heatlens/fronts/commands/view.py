@@ -106,9 +106,9 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--lens-in",
         metavar="PROTOCOL[://HOST:PORT]",
-        help="follow the lens of a camera live: opentrackio for what is sent to this machine, "
-        "opentrackio://239.135.1.1 for source 1 of a network; or a controller: osc://:9000, "
-        "midi:NAME for a port of this machine, pad for a game pad or a jog wheel",
+        help="follow the lens of a camera (opentrackio, or opentrackio://239.135.1.1 for source 1 "
+        "of a network) or a controller: osc://:9000, midi:NAME for a port of this machine, pad for "
+        "a game pad or a jog wheel",
     )
     parser.add_argument(
         "--lens-out",

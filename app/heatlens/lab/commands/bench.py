@@ -129,10 +129,9 @@ def _add_method_options(group: "argparse._ArgumentGroup") -> None:
     group.add_argument(
         "--methods",
         action="store_true",
-        help="also measure every method of --method against its circle of confusion, 2 to 200 px: "
-        "the time of a frame of a plate at --size (for accumulation, at 23, 66 and --views views, "
-        "and for raytraced, of a wall with the same blur), then its error to the truth. A method "
-        "is skipped once it takes too long. Times depend on this machine and its other load",
+        help="also measure every method of --method for circles of confusion of 2 to 200 px: the "
+        "time of a frame of a plate at --size, then its error to the truth. A method is skipped "
+        "once it takes too long",
     )
     group.add_argument(
         "--truth-views",
@@ -140,8 +139,7 @@ def _add_method_options(group: "argparse._ArgumentGroup") -> None:
         default=_TRUTH_VIEWS,
         metavar="N",
         help="with --methods: FLIP, PSNR and SSIM of each method against the mean of this many "
-        "views of a scene with silhouettes, lamps and many depths, of which the plates are pinhole "
-        f"pictures (default {_TRUTH_VIEWS}; 0: only times); needs "
+        f"views of a scene with lamps (default {_TRUTH_VIEWS}; 0: only times); needs "
         f"{extra('compare').install_command()}",
     )
     group.add_argument(
@@ -156,8 +154,8 @@ def _add_method_options(group: "argparse._ArgumentGroup") -> None:
         type=Path,
         metavar="FILE",
         help="with --methods: draw time and error against the blur, and error against time, to a "
-        ".png or .svg: a level line means a constant cost, one along the dotted line grows with "
-        f"the area of the disc; needs {extra('plot').install_command()}",
+        ".png or .svg; the dotted line grows with the area of the disc; needs "
+        f"{extra('plot').install_command()}",
     )
 
 

@@ -142,8 +142,8 @@ def add_drag_options(parser: argparse.ArgumentParser, group: "argparse._Argument
         "--drag",
         action="store_true",
         help="instead of passes, measure what you see while dragging a control: for each preview "
-        "level of the window, pictures per second and FLIP to the picture at rest, as they look "
-        f"on the screen at 1:1; FLIP needs {extra('compare').install_command()}",
+        "level of the window, pictures per second and FLIP to the picture at rest, at 1:1; FLIP "
+        f"needs {extra('compare').install_command()}",
     )
     group.add_argument(
         "--plate",

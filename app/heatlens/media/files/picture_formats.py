@@ -40,7 +40,6 @@ _FRAME = re.compile(r"frame\.([0-9]{4,10})\..*", re.ASCII)
 class Writing:
     """How pictures of one format are written, and recognized by the next export.
 
-    note         words on the files for the help
     encoded      returns the bytes of a file for whole numbers (H, W, 3 or 4) and marks
     marks        returns the marks in a file; raises ValueError or what its library does
     is_whole     returns for an open file and its length whether the file is complete
@@ -50,7 +49,6 @@ class Writing:
     require      raises InputError if a package is missing
     """
 
-    note: str
     encoded: Callable[["Stored", Mapping[str, str]], bytes]
     marks: Callable[[Path], dict[str, str]]
     is_complete: Callable[[BinaryIO, int], bool]
@@ -89,7 +87,7 @@ FORMATS = [
         suffixes=(".png",),
         begins=(b"\x89PNG",),
         of_pillow=("PNG",),
-        writing=_by_pillow("8 bits", encoded=_encoding("png_bytes"), is_complete=is_complete_png),
+        writing=_by_pillow(encoded=_encoding("png_bytes"), is_complete=is_complete_png),
     ),
     PictureFormat(
         word="JPEG",
@@ -97,7 +95,6 @@ FORMATS = [
         begins=(b"\xff\xd8\xff",),
         of_pillow=("JPEG",),
         writing=_by_pillow(
-            "8 bits, with losses",
             encoded=_encoding("jpeg_bytes"),
             is_complete=is_complete_jpeg,
             keeps_alpha=False,
@@ -108,7 +105,7 @@ FORMATS = [
         suffixes=(".tif", ".tiff"),
         begins=(b"II*\0", b"MM\0*"),
         of_pillow=("TIFF",),
-        writing=_by_pillow("8 bits", encoded=_encoding("tiff_bytes"), is_complete=is_complete_tiff),
+        writing=_by_pillow(encoded=_encoding("tiff_bytes"), is_complete=is_complete_tiff),
     ),
     PictureFormat("HEIC", (".heic", ".heif"), of_pillow=("HEIF",)),
     PictureFormat(
@@ -117,7 +114,6 @@ FORMATS = [
         begins=(b"RIFF",),
         of_pillow=("WEBP",),
         writing=_by_pillow(
-            "8 bits, with losses as in JPEG, and transparency",
             encoded=_encoding("webp_bytes"),
             is_complete=is_complete_webp,
             most_px=16383,
@@ -128,7 +124,6 @@ FORMATS = [
         suffixes=(".dpx",),
         begins=(b"SDPX", b"XPDS"),
         writing=Writing(
-            note="10 bits, as displayed and not the log of film",
             encoded=_dpx("dpx_bytes"),
             marks=_dpx("dpx_marks"),
             is_complete=_dpx("is_complete_dpx"),
@@ -180,9 +175,9 @@ def suffixes_written() -> tuple[str, ...]:
 
 
 def words_written() -> str:
-    """Return the endings of the pictures that can be written, each with its note for the help."""
+    """Return the endings of the pictures that can be written, each with its bits, for the help."""
     return ", ".join(
-        f"{picture_format.suffixes[0]} ({picture_format.writing.note})"
+        f"{picture_format.suffixes[0]} ({picture_format.writing.bits} bits)"
         for picture_format in FORMATS
         if picture_format.writing
     )

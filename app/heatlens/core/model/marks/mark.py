@@ -15,7 +15,7 @@ from heatlens.core.base.extras import OnUse
 class Mark(ABC):
     """A named thing or point to focus on. All that differs between the kinds is declared here.
 
-    help      what the mark is on and how it is typed, for the help of --mark
+    help      how it is typed, for the help of --mark
     prefix_pattern  a regular expression of the beginning of its text, before the text for `parse`
     entry     the entry in a shot file that no other kind has
     on_plate  function of (plate, mark) that measures the distance; None if a plate cannot

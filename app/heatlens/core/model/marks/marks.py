@@ -29,7 +29,7 @@ class DistanceMark(Mark):
 
     distance_m: float
 
-    help = "at a distance"
+    help = "NAME=2.4m"
     prefix_pattern = "="
     entry = "distance_m"
     meaning = "At every frame"
@@ -65,7 +65,7 @@ class PointMark(Mark):
     y_px: float
     smooth_frames: int = 1
 
-    help = "at a pixel of the picture as NAME@X,Y"
+    help = "NAME@X,Y"
     prefix_pattern = "@"
     entry = "x_px"
     meaning = "The surface at its point, at this frame"
@@ -96,7 +96,7 @@ class ObjectMark(Mark):
 
     object_name: str
 
-    help = "on an object of a scene as NAME=object:OBJECT"
+    help = "NAME=object:OBJECT"
     prefix_pattern = "=object:"
     entry = "object_name"
 
@@ -135,10 +135,7 @@ class MatteMark(Mark):
     matte: str
     part: MattePart = MattePart.MIDDLE
 
-    help = (
-        "on a thing as NAME=cryptomatte:THING, NAME=CHANNEL:ID or NAME=matte:CHANNEL, its nearest "
-        "part as NAME=nearest:cryptomatte:THING"
-    )
+    help = "NAME=cryptomatte:THING, NAME=CHANNEL:ID, NAME=matte:CHANNEL"
     prefix_pattern = "=(?=.*:)"  # anything else with a colon
     entry = "matte"
     on_plate = OnUse("media.plate.mark_distance", "matte_m")
@@ -176,7 +173,7 @@ class WorldMark(Mark):
     y_m: float
     z_m: float
 
-    help = "at a point of the world of plates that tell their camera as NAME=world:X,Y,Z in metres"
+    help = "NAME=world:X,Y,Z"
     prefix_pattern = "=world:"
     entry = "z_m"
     meaning = "A place in the world of the plates, at this frame"

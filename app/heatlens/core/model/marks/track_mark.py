@@ -51,10 +51,7 @@ class TrackMark(Mark):
     clicks: tuple[Click, ...]
     places: tuple[TrackedPoint, ...] = ()
 
-    help = (
-        "on a surface that is tracked from a pixel of a frame as NAME=track:X,Y@FRAME (more pixels "
-        "correct it, X,Y@FRAME/X,Y@FRAME)"
-    )
+    help = "NAME=track:X,Y@FRAME"
     prefix_pattern = "=track:"
     entry = "clicks"
     meaning = "The surface that is tracked, at this frame"

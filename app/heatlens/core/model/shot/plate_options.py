@@ -48,15 +48,6 @@ class PictureCurve(StrEnum):
     LOG3G10 = "log3g10", "Log3G10 REDWideGamutRGB"
 
 
-def _convention_help() -> str:
-    """Return a help text: each convention with its meaning, and if it needs --near and --far."""
-    texts = []
-    for convention in DepthConvention:
-        ends_note = ", with --near and --far" if convention.facts.needs_ends else ""
-        texts.append(f"{convention} ({convention.facts.meaning}){ends_note}")
-    return "; ".join(texts)
-
-
 @dataclass(frozen=True)
 class PlateOptions:
     """How to read a file; by default, everything possible is found out.
@@ -105,7 +96,9 @@ class PlateOptions:
     depth_convention: DepthConvention = option_field(
         DepthConvention.AUTO,
         "depth convention",
-        f"what the depth values are: {_convention_help()} (default: auto)",
+        "what the depth values are: distance, inverse (1/distance), normalized (0 near, 1 far), "
+        "disparity (1 or white near), coc (blur in pixels); -inverted: the other end is near "
+        "(default: a guess, with its reason)",
     )
     depth_kind: DepthKind = option_field(
         DepthKind.AUTO,
@@ -142,8 +135,7 @@ class PlateOptions:
         (),
         "behind",
         "a picture with depth of hidden surfaces, rendered by the same camera: a clean plate, "
-        "a background; for a sequence its pattern. May be given several times, in any order. "
-        "Parts and layers of the plate called behind, behind.1, ... are used automatically",
+        "a background; for a sequence its pattern. May be given several times, in any order",
         metavar="FILE",
         parse=os.path.expanduser,
     )
@@ -165,8 +157,8 @@ class PlateOptions:
         False,
         "despike",
         f"replace single pixels over {SPIKE_FROM:g} times as bright as their neighbours by the "
-        "median of these: fireflies of a path tracer, which become discs out of focus. Lamps "
-        "of one pixel without a depth of their own are lost too; denoising is better",
+        "median of these: fireflies of a path tracer. Lamps of one pixel without a depth of "
+        "their own are lost too; denoising is better",
     )
     lift_highlights_stops: float = option_field(
         0.0,

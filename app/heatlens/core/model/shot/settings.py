@@ -143,12 +143,9 @@ class DefocusSettings:
     method: Method = option_field(
         Method.DIFFUSION,
         "method",
-        "diffusion (default) costs the same for every blur, as do heat, its basic form in one "
-        "layer, and pyramid, blurred copies at smaller sizes; gather, which averages the disc "
-        "around each pixel, and scatter, which draws each pixel as a disc, far to near, cost "
-        "four times as much for twice the blur; accumulation and raytraced look at a 3D scene "
-        "from --views points of the lens: the truth. All but the first are for comparison and "
-        "take neither --bokeh nor --quality nor --layers",
+        "diffusion (default); for comparison, without --bokeh, --quality and --layers: heat, "
+        "gather, scatter and pyramid; for scenes accumulation and raytraced, the truth from "
+        "--views points of the lens",
     )
     views: int = option_field(
         66,
@@ -163,9 +160,8 @@ class DefocusSettings:
     parts: int = option_field(
         1,
         "parts",
-        "parts of the lens, 1, 7, 19 or 37, each with its own view where surfaces of different "
-        "blur overlap: these then hide each other correctly, but it takes longer (default: for the "
-        "quality final 19, or 7 if the hidden surfaces are guessed; else 1)",
+        "1, 7, 19 or 37 parts of the lens: more is truer where blurred things overlap, and slower "
+        "(default: 1; for the quality final 19, or 7 if hidden surfaces are guessed)",
         metavar="N",
         least=PARTS[0],
         most=PARTS[-1],

@@ -36,9 +36,8 @@ def add_camera_option(
         dest="camera",
         metavar="CAMERA",
         help="lens, keys, frames and rate of a camera: cam.usda, shot.usda:/world/cam, a .json "
-        "or .csv of `heatlens camera`, the .csv of a shoot (ARRI, RED, Sony; take.csv@1001 "
-        "puts its first row at frame 1001), or the headers of 'plate.####.exr'; values "
-        f"given with {stronger_options} take precedence",
+        "or .csv of `heatlens camera`, the table of a shoot (take.csv@1001: its first row is frame "
+        f"1001), or the headers of 'plate.####.exr'; {stronger_options} take precedence",
     )
     parser.add_argument(
         "--table-unit",

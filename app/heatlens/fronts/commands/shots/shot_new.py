@@ -135,7 +135,7 @@ def _add_keys_and_marks(group: "argparse._ArgumentGroup") -> None:
         action="append",
         default=[],
         metavar="NAME=DISTANCE",
-        help=f"focus mark {', '.join(kind.help for kind in marks.KINDS)}; may be repeated",
+        help=f"focus mark: {', '.join(kind.help for kind in marks.KINDS)}; may be repeated",
     )
 
 
