@@ -12,7 +12,7 @@ from heatlens.studio.share import client, connections, picture, server
 from heatlens.studio.share.page_message import MESSAGE_MOST
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = (ROOT / "app" / "SECURITY.md").read_text()
+PAGE = " ".join((ROOT / "app" / "SECURITY.md").read_text(encoding="utf-8").split())
 
 
 def test_security_page_states_current_limits():
