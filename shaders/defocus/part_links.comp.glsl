@@ -7,6 +7,7 @@
 //   lib/surface_numbers.lib.glsl   the surfaces: fragments of lists, and pixels of the picture, with one numbering
 //   lib/lens_part.lib.glsl       the part of the lens
 //   lib/tile_mask.lib.glsl       the tiles in which the lists are read
+//   lib/tile_numbers.lib.glsl    the tiles whose surfaces may move there
 // Outputs
 //   head_buf  for each cell the first surface of its list, plus 1; 0 for an empty list. A cell is the square between
 //             four neighboring pixel centers: cell (x, y) lists the surfaces between the pixels (x - 1, y - 1) and
@@ -17,10 +18,10 @@
 #include "lib/lens_part.lib.glsl"  // lens_part_at
 #include "lib/part_link.lib.glsl"  // write_link
 #include "lib/tile_mask.lib.glsl"  // is_active
+#include "lib/tile_numbers.lib.glsl"  // listed_pixel
 
-layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+layout(local_size_x = TILE, local_size_y = TILE) in;
 
-uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 layout(std430) buffer head_block { uint head_buf[]; };
 
 #define BEFORE_ALL 1e30  // dioptres nearer than every surface
@@ -55,7 +56,7 @@ void link(uint index, ivec2 at, float coc) {
 }
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
+    ivec2 at = listed_pixel();
     if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
     List list = list_at(at);  // near to far
     float cover_dioptres = BEFORE_ALL;  // dioptres of the last surface that covers the pixel

@@ -1,15 +1,17 @@
 // Puts the surfaces of each cell in order, near to far, so that part_view.comp.glsl can merge the cells around a pixel
 // and stop at what covers it. Surfaces of the same coc are in the order of their numbers.
 //
+// Input
+//   lib/tile_numbers.lib.glsl   the tiles whose cells are put in order
 // In and out
 //   head_buf    for each cell, the number of the first surface of its list plus 1; 0 for an empty list
 //   link_buf    for each surface, the next one of its list in the same form, and its coc (lib/part_link.lib.glsl)
 
 #include "lib/part_link.lib.glsl"  // next_link, link_coc, set_next_link
+#include "lib/tile_numbers.lib.glsl"  // listed_pixel
 
-layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+layout(local_size_x = TILE, local_size_y = TILE) in;
 
-uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 uniform ivec2 cells;    // cells across and down
 layout(std430) buffer head_block { uint head_buf[]; };
 
@@ -19,7 +21,7 @@ bool is_nearer(uint link, uint other) {
 }
 
 void main() {
-    ivec2 cell = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
+    ivec2 cell = listed_pixel();
     if (any(greaterThanEqual(cell, cells))) return;
     int index = cell.y * cells.x + cell.x;
     uint ordered = head_buf[index];  // the first surface of those that are in order

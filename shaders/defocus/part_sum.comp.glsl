@@ -6,17 +6,18 @@
 //   front_tx  ALL_DEPTHS: blurred view of what is in front of the focus, rgb times coverage, a coverage
 //   lib/lens_part.lib.glsl   has the part's share of the light
 //   lib/tile_mask.lib.glsl   the tiles that have a view
+//   lib/tile_numbers.lib.glsl   the tiles whose cells are emptied: those of all pixels with a view
 //   is_first  true before the first part: the sum is only set to 0, and no view is added
 // Outputs
 //   sum_img   rgba, the sum of the views times their share of the light (read and written)
-//   head_buf  0 for all cells; it has one row and one column more than the picture
+//   head_buf  0 for the cells of these tiles; it has one row and one column more than the picture
 
 #include "lib/lens_part.lib.glsl"  // lens_part_at
 #include "lib/tile_mask.lib.glsl"  // is_active
+#include "lib/tile_numbers.lib.glsl"  // listed_pixel
 
-layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+layout(local_size_x = TILE, local_size_y = TILE) in;
 
-uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 uniform sampler2D view_tx;
 uniform bool is_first;
 #ifdef ALL_DEPTHS
@@ -35,7 +36,7 @@ vec4 view_at(ivec2 at) {
 }
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row), size = imageSize(sum_img);
+    ivec2 at = listed_pixel(), size = imageSize(sum_img);
     if (any(greaterThan(at, size))) return;
     head_buf[at.y * (size.x + 1) + at.x] = 0u;
     if (any(greaterThanEqual(at, size)) || !(is_first || is_active(at))) return;

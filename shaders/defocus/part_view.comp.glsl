@@ -9,7 +9,7 @@
 //   lib/surface_numbers.lib.glsl   the surfaces, by number; coc is their diameter of blur in pixels
 //   head_buf, lib/part_link.lib.glsl   the lists of the cells between pixels (part_links.comp.glsl), near to far
 //   lib/lens_part.lib.glsl       the part of the lens
-//   lib/tile_mask.lib.glsl       the tiles in which the view is needed
+//   lib/tile_numbers.lib.glsl    the tiles in which the view is needed
 // Outputs
 //   out_view_img   rgb, a 1; all 0 where nothing is known
 //   out_coc_img    r diameter of the part's disc in pixels: that of the most visible surface, or, where nothing is
@@ -20,11 +20,10 @@
 #include "lib/surface_numbers.lib.glsl"  // surface_number, Fragment, List, list_at, fragment_of, SAME_SURFACE ...
 #include "lib/lens_part.lib.glsl"  // lens_part_at
 #include "lib/part_link.lib.glsl"  // next_link, link_offset, link_coc
-#include "lib/tile_mask.lib.glsl"  // is_active
+#include "lib/tile_numbers.lib.glsl"  // listed_pixel
 
-layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+layout(local_size_x = TILE, local_size_y = TILE) in;
 
-uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 layout(std430) readonly buffer head_block { uint head_buf[]; };
 layout(rgba32f) uniform writeonly image2D out_view_img;
 layout(r32f) uniform writeonly image2D out_coc_img;
@@ -138,8 +137,8 @@ View composite_surfaces(ivec2 at) {
 }
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
-    if (any(greaterThanEqual(at, textureSize(coc_tx, 0))) || !is_active(at)) return;
+    ivec2 at = listed_pixel();
+    if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
     int cells_across = textureSize(coc_tx, 0).x + 1, cell = at.y * cells_across + at.x;
     for (int k = 0; k < 4; ++k) set_next(k, head_buf[cell + (k >> 1) * cells_across + (k & 1)]);
     View view = composite_surfaces(at);

@@ -16,9 +16,9 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.behind import with_behind
 from heatlens.media.plate.plate import Plate
 from heatlens.render.defocus.layer_cuts import layer_cuts
-from heatlens.render.defocus.overlap_zones import tiles_near
 from heatlens.render.defocus.part_views import FAR_FROM_PX, with_far_cut
 from heatlens.render.defocus.quality import unused_behind_notes
+from heatlens.render.defocus.view_tiles import list_tiles, tiles_near
 from heatlens.render.gpu.shader_constants import FAR_BLOCK, TILE
 from support.lamps import HALF_ROUNDING
 from support.layers import ladder_of, membership
@@ -264,3 +264,14 @@ def test_views_of_near_tiles_give_same_light_as_whole_views(ctx, renderer, monke
 
     monkeypatch.setattr("heatlens.render.defocus.overlap_zones.tiles_near", whole)
     np.testing.assert_allclose(render_plate(renderer, plate, parts=7), near, atol=1e-3)
+
+
+def test_surfaces_of_unlisted_tiles_do_not_change_picture(ctx, renderer, monkeypatch):
+    """Moving the surfaces of all tiles adds none to the views."""
+    plate = card_before_wall(hidden_stripe())
+    listed = render_plate(renderer, plate, parts=7)
+    monkeypatch.setattr(
+        "heatlens.render.defocus.overlap_zones.list_tiles",
+        lambda needed, moved_px, name, scratch: list_tiles(needed, 1e6, name, scratch),
+    )
+    assert np.array_equal(render_plate(renderer, plate, parts=7), listed)

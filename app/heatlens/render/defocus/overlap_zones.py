@@ -16,9 +16,10 @@ from heatlens.render.defocus.quality import GUESSED_PARTS
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.tile_mask import SegmentPass, TileMask
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
+from heatlens.render.defocus.view_tiles import ViewTiles, list_tiles, tiles_near
 from heatlens.render.gpu.device import Device, StorageBuffer, Texture
 from heatlens.render.gpu.program import ComputeProgram, blocks_for, pixel_groups
-from heatlens.render.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE_PX_2, TILE
+from heatlens.render.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE_PX_2
 
 _MARGIN_PX = 4.0  # as in overlap_edges.comp.glsl
 _FEATHER_PX = 2 * FAR_BLOCK  # part_over.comp.glsl uses the parts so far beyond a zone
@@ -111,12 +112,14 @@ class OverlapZone:
     blocks  for each block, the square of the reach of edges less the squared distance to them,
             pixels^2 (part_over.comp.glsl)
     tiles   the tiles in which the view of a part is needed
+    listed  the tiles on which the passes of a view run
     growth  how far the zones have grown since they appeared, above 0 up to 1
     least_shares  (rows, columns) of blocks, 0 to 1: the least weight of the view in each block
     """
 
     blocks: Texture
     tiles: TileMask
+    listed: ViewTiles
     growth: float
     least_shares: NDArray[np.float32]
 
@@ -157,8 +160,10 @@ class OverlapZones:
         radius_px = max(optics.disc.half_extents) * surfaces.widest_px(optics) / 2
         margin_px = radius_px * _part_scale(surfaces, parts) + _FEATHER_PX
         growth = min(float(excess_px_2[..., 0].max()) / FAR_WHOLE_PX_2, 1.0)
-        tiles = self._find_tiles(in_zone, surfaces, margin_px, scratch)
-        return OverlapZone(blocks, tiles, growth, least_shares(excess_px_2))
+        needed = tiles_near(in_zone, margin_px)
+        tiles = self._mask_tiles(needed, surfaces, scratch)
+        listed = list_tiles(needed, radius_px, surfaces.name, scratch)
+        return OverlapZone(blocks, tiles, listed, growth, least_shares(excess_px_2))
 
     # Parts are used in zones only, because for the whole picture they were worse than layers where
     # surfaces do not overlap (a corridor: FLIP .0261, in zones .0174, in layers alone .0167). The
@@ -198,20 +203,13 @@ class OverlapZones:
             )
         return zone
 
-    def _find_tiles(
-        self,
-        in_zone: NDArray[np.bool_],
-        surfaces: PartSurfaces,
-        margin_px: float,
-        scratch: Scratch,
+    def _mask_tiles(
+        self, needed: NDArray[np.bool_], surfaces: PartSurfaces, scratch: Scratch
     ) -> TileMask:
-        """Return the tiles of the picture within `margin_px` of the zones.
-
-        `in_zone` marks the blocks of FAR_BLOCK x FAR_BLOCK pixels that are in a zone.
-        """
+        """Return the mask of the `needed` tiles of the picture."""
         size, name = surfaces.coc.size, surfaces.name
         words = scratch.parts(f"{name} tiles", 1, TileMask.bytes_for(size))
-        words.whole.write(tiles_near(in_zone, margin_px).astype(np.uint32).tobytes())
+        words.whole.write(needed.astype(np.uint32).tobytes())
         segment_memory = scratch.parts(f"{name} segments", 2, SegmentPass.bytes_for(size))
         (mask,) = self._segments.find([size], words, segment_memory)
         return mask
@@ -242,29 +240,6 @@ def least_shares(excess_px_2: NDArray[np.float32]) -> NDArray[np.float32]:
         padded = np.pad(shares, [(2, 2) if axis == it else (0, 0) for it in (0, 1)], mode="edge")
         shares = sliding_window_view(padded, 5, axis=axis).min(axis=-1)
     return np.asarray(shares)
-
-
-def tiles_near(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]:
-    """Return which tiles (rows, columns) have one of the marked `blocks` within `margin_px`."""
-    for axis in (0, 1):
-        blocks = _near_along(np.moveaxis(blocks, axis, 0), math.ceil(margin_px / FAR_BLOCK))
-        blocks = np.moveaxis(blocks, 0, axis)
-    return blocks
-
-
-def _near_along(blocks: NDArray[np.bool_], margin: int) -> NDArray[np.bool_]:
-    """Return for each tile along the first axis whether a marked block is within `margin` blocks.
-
-    The second axis stays in blocks.
-    """
-    side = TILE // FAR_BLOCK  # blocks along the side of a tile
-    # How many marked blocks lie before each block: a range has one if its ends differ.
-    counts_before = np.concatenate([np.zeros((1, blocks.shape[1]), int), blocks.cumsum(axis=0)])
-    first_blocks = np.arange(0, len(blocks), side)
-    low, high = (
-        np.clip(first_blocks + offset, 0, len(blocks)) for offset in (-margin, side + margin)
-    )
-    return np.asarray(counts_before[high] > counts_before[low])
 
 
 def _edge_uniforms(surfaces: PartSurfaces) -> dict[str, object]:

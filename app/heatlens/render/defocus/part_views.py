@@ -23,7 +23,7 @@ from heatlens.render.defocus.lens_parts import lens_parts
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.overlap_zones import OverlapZone, OverlapZones, PartSurfaces
 from heatlens.render.defocus.part_memory import ViewMemory
-from heatlens.render.defocus.pixel_list import PixelBands
+from heatlens.render.defocus.pixel_list import PixelBands, TileBands
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.device import Device, Texture, TextureArray
@@ -104,7 +104,8 @@ class PartViewsPass:
     """Renders views of the parts of the lens, whose mean replaces layers."""
 
     def __init__(self, ctx: Device, blur: BlurPass, coc_fill: CocFillPass) -> None:
-        self._ctx, self._blur, self._bands = ctx, blur, PixelBands(ctx)
+        self._ctx, self._blur = ctx, blur
+        self._bands, self._tiles = PixelBands(ctx), TileBands(ctx)
         self._coc_fill = coc_fill
         self._zones = OverlapZones(ctx)
         self._programs: dict[tuple[str, bool, bool], ComputeProgram] = {}
@@ -187,31 +188,34 @@ class PartViewsPass:
         memory: ViewMemory,
     ) -> Iterator[None]:
         """Write the view of one part of the lens, and the diameters of the discs of that part."""
-        uniforms = surfaces.number_uniforms | zone.tiles.uniforms | _part_uniforms(part)
+        uniforms = surfaces.number_uniforms | _part_uniforms(part)
         textures = surfaces.textures
-        buffers = surfaces.lists.buffers | zone.buffers | memory.surface_buffers
-        size = surfaces.coc.size
+        buffers = surfaces.lists.buffers | memory.surface_buffers
         links, view = (
             self._program(name, surfaces.has_all_depths, len(part)) for name in ("links", "view")
         )
-        yield from self._bands.run(links, size, uniforms, textures=textures, buffers=buffers)
-        yield from self._order_lists(size, memory)
+        yield from self._tiles.run(
+            links,
+            zone.listed.moved,
+            uniforms | zone.tiles.uniforms,
+            buffers | zone.buffers,
+            textures=textures,
+        )
+        # A cell is the square between four neighboring pixels. With those at the border of the
+        # picture there is one more than pixels, across and down.
+        width, height = surfaces.coc.size
+        cells: dict[str, object] = {"cells": (width + 1, height + 1)}
+        order = self._program("order")
+        yield from self._tiles.run(order, zone.listed.cells, cells, memory.list_buffers)
         if surfaces.has_all_depths:
             uniforms |= {"front_px": -FAR_FROM_PX}
-        images = memory.drawn_images
-        yield from self._bands.run(
-            view, size, uniforms, textures=textures, images=images, buffers=buffers
-        )
-
-    def _order_lists(self, size: tuple[int, int], memory: ViewMemory) -> Iterator[None]:
-        """Put the surfaces in the list of each cell in order, near to far; yield after each band.
-
-        A cell is the square between four neighboring pixels of a picture of `size` pixels. With
-        those at its border there is one more than pixels, across and down.
-        """
-        cells = size[0] + 1, size[1] + 1
-        yield from self._bands.run(
-            self._program("order"), cells, {"cells": cells}, buffers=memory.list_buffers
+        yield from self._tiles.run(
+            view,
+            zone.listed.drawn,
+            uniforms,
+            buffers,
+            textures=textures,
+            images=memory.drawn_images,
         )
 
     # What is in front of the focus is blurred as a layer of its own, because its blur spreads over
@@ -241,15 +245,14 @@ class PartViewsPass:
         part: NDArray[np.float64] | None,
     ) -> Iterator[None]:
         """Add the blurred view of a part to the sum; if `part` is None, begin the sum."""
-        width, height = total.size
         positions = _NO_PART if part is None else part
-        return self._bands.run(
+        return self._tiles.run(
             self._program("sum", memory.front is not None, len(positions)),
-            (width + 1, height + 1),  # it also empties the lists of the cells between pixels
+            zone.listed.cells,  # it also empties the lists of the cells between pixels
             _part_uniforms(positions) | zone.tiles.uniforms | {"is_first": part is None},
+            zone.buffers | {"head_block": memory.heads},
             textures=memory.summed_textures,
             images={"sum_img": total},
-            buffers=zone.buffers | {"head_block": memory.heads},
         )
 
     def over(self, field: PartViews, out: Texture) -> None:

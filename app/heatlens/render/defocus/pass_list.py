@@ -131,7 +131,7 @@ PASSES: tuple[Pass, ...] = (
         "near zones",  # where views of parts of the lens replace all layers
         _comp("overlap_edges", variants=({"ALL_DEPTHS": 1},)) | _comp("overlap_zone"),
         pass_costs.near_zones_bytes,
-        _own_memory("whole zone", "whole tiles", "whole segments"),
+        _own_memory("whole zone", "whole tiles", "whole tile lists", "whole segments"),
         private_memory={"whole zone rows": "far zone rows"},
     ),
     Pass(
@@ -143,7 +143,7 @@ PASSES: tuple[Pass, ...] = (
         pass_costs.far_parts_bytes,
         _own_memory("far sum", "far zone"),
         private_memory=_own_memory(
-            "far heads", "far links", "far zone rows", "far tiles", "far segments"
+            "far heads", "far links", "far zone rows", "far tiles", "far tile lists", "far segments"
         )
         | _own_memory("guess starts", "guess words", "guess levels")
         | {"far view": "layer", "far coc": "layer coc", "far poles": "poles"},
@@ -227,6 +227,7 @@ PASSES: tuple[Pass, ...] = (
                 "whole sum",
                 "whole zone",
                 "whole tiles",
+                "whole tile lists",
                 "whole segments",
                 "tile mask",
                 "tile list",
