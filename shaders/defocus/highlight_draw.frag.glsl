@@ -33,6 +33,7 @@ uniform sampler2D kind_tx;
 uniform sampler2D far_tx;
 uniform sampler2D near_tx;
 uniform float nearest_px;  // least signed coc in the picture
+uniform float enlarged;    // pixels of the target across a pixel of the picture: above 1 discs have round rims
 uniform bool has_cutout;   // a part stays sharp (cutout_over.comp.glsl), and hides highlights that are not nearer
 uniform sampler2D cutout_tx;
 uniform sampler2D cutout_coc_tx;
@@ -228,14 +229,22 @@ float cutout_cover(ivec2 at, float coc) {
     return texelFetch(cutout_tx, at, 0).a;
 }
 
+#define PIXEL_RAMP_2 0.25  // square of the ramp of a disc of one pixel's light (highlight_sprites.comp.glsl)
+
+// Half the width of the soft rim in pixels of the target, where a pixel of light is narrower.
+float target_ramp(float ramp) {
+    return sqrt(max(enlarged * enlarged * (ramp * ramp - PIXEL_RAMP_2), 0.0) + PIXEL_RAMP_2);
+}
+
 void main() {
-    float coc = disc.z, ramp = disc.w;
+    float coc = disc.z, ramp = target_ramp(disc.w);
+    vec2 position = gl_FragCoord.xy / enlarged;  // in pixels of the picture
     // hidden_share divides by the coc.
     if (abs(coc) < 1e-3) coc = 1e-3;
-    Cover inside = pixel_coverage(gl_FragCoord.xy - disc.xy, 0.5 * coc, ramp, disc.xy);
-    if (most_of(inside) > 0.0) inside *= 1.0 - cutout_cover(ivec2(gl_FragCoord.xy), coc);
-    if (most_of(inside) > 0.0) inside *= visible_share_at(ivec2(gl_FragCoord.xy), coc);
-    if (most_of(inside) > 0.0) inside *= 1.0 - hidden_share(gl_FragCoord.xy, disc.xy, coc);
+    Cover inside = pixel_coverage(enlarged * (position - disc.xy), 0.5 * coc * enlarged, ramp, disc.xy);
+    if (most_of(inside) > 0.0) inside *= 1.0 - cutout_cover(ivec2(position), coc);
+    if (most_of(inside) > 0.0) inside *= visible_share_at(ivec2(position), coc);
+    if (most_of(inside) > 0.0) inside *= 1.0 - hidden_share(position, disc.xy, coc);
     if (most_of(inside) == 0.0) discard;
     out_light = vec4(inside * light, 0.0);
 }

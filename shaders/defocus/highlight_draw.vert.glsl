@@ -22,7 +22,7 @@ flat out float may_meet_px;  // least signed coc
 
 uniform sampler2D nearest_tx;  // from tile_layers.comp.glsl
 uniform float nearest_px;      // least coc of the picture
-uniform vec2 rows;             // first row of the band that is drawn, and the row after its last
+uniform vec2 rows;             // first row of the band that is drawn, and the row after its last, pixels of the picture
 
 #define TILES_MOST 24  // largest number of tiles to read in a row
 #define LOOKUP_PX 2.0  // added to the reach, because the fragment shader reads groups of 2 x 2 pixels

@@ -1,7 +1,7 @@
 // Enlarges or reduces a picture about a point, by cubic interpolation.
 //
 // Inputs
-//   from_tx   rgba, as large as the output
+//   from_tx   rgba, as large as the output unless `center` is the corner (0, 0)
 //   center    the point that stays where it is, pixels
 //   ratio     how far from `center` a pixel reads its source, relative to its own distance: above 1 reduces the picture
 // Output
@@ -24,15 +24,15 @@ vec4 weights(float t) {
 }
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_img);
-    if (any(greaterThanEqual(at, size))) return;
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy), last = textureSize(from_tx, 0) - 1;
+    if (any(greaterThanEqual(at, imageSize(out_img)))) return;
     vec2 source_position = center + (vec2(at) + 0.5 - center) * ratio - 0.5;
     ivec2 first = ivec2(floor(source_position));
     vec4 across = weights(source_position.x - float(first.x)), down = weights(source_position.y - float(first.y));
     vec4 sum = vec4(0.0), low = vec4(0.0), high = vec4(0.0);
     for (int j = 0; j < 4; ++j)
         for (int i = 0; i < 4; ++i) {
-            vec4 value = texelFetch(from_tx, clamp(first + ivec2(i, j) - 1, ivec2(0), size - 1), 0);
+            vec4 value = texelFetch(from_tx, clamp(first + ivec2(i, j) - 1, ivec2(0), last), 0);
             sum += across[i] * down[j] * value;
             // The middle four pixels give the range of the result.
             if (i == 1 && j == 1) low = high = value;

@@ -42,7 +42,7 @@ class FakeRenderer:
         color = SimpleNamespace(size=(window.width, window.height))
         self._loaded = SimpleNamespace(plate=plate, bins=plate.bins, color=color)
 
-    def steps(self, shot: Shot, frame: int, slot: int) -> Iterator[None]:
+    def steps(self, shot: Shot, frame: int, slot: int, enlarges: bool = False) -> Iterator[None]:
         """Render a picture in `STEPS` steps; the generator returns the texture at its end."""
         for _ in range(STEPS):
             yield

@@ -195,9 +195,12 @@ class FrameRenderer:
         """
         return run_all_steps(self.steps(shot, frame))
 
-    def steps(self, shot: Shot, frame: int = 0, slot: int = 0) -> Steps[Texture]:
+    def steps(
+        self, shot: Shot, frame: int = 0, slot: int = 0, enlarges: bool = False
+    ) -> Steps[Texture]:
         """Render in short steps that yield the name of a pass, and return the picture.
 
+        With `enlarges` a small picture may be larger than its proxy, so that lamps are round.
         Pictures in different slots do not disturb each other, and steps may be abandoned. Nothing
         else may be loaded in between.
         """
@@ -205,7 +208,7 @@ class FrameRenderer:
         if self.stopwatch.is_on:  # it holds the times of the latest picture only
             self.stopwatch.times.clear()
         return self.stopwatch.time_steps(
-            self._render_with_breathing(shot, frame, self._pipeline(slot))
+            self._render_with_breathing(shot, frame, self._pipeline(slot), enlarges)
         )
 
     def upload_steps(self, pixels: FloatArray, slot: int) -> Steps[Texture]:
@@ -217,11 +220,11 @@ class FrameRenderer:
         return out
 
     def _render_with_breathing(
-        self, shot: Shot, frame: int, pipeline: DefocusPipeline
+        self, shot: Shot, frame: int, pipeline: DefocusPipeline, enlarges: bool
     ) -> Steps[Texture]:
         """Render, and crop or extend a plate to the view of a breathing lens."""
         breathing_shot = self._with_view_of_breathing(shot, frame)
-        picture = yield from self._render_steps(breathing_shot, frame, pipeline)
+        picture = yield from self._render_steps(breathing_shot, frame, pipeline, enlarges)
         if self.has_many_views:  # it is drawn as the breathing lens sees it
             return picture
         plate = self.loaded.plate
@@ -245,7 +248,9 @@ class FrameRenderer:
             return shot
         return replace(shot, lens=without_breathing(shot.lens_at(frame)), curves=LensCurves())
 
-    def _render_steps(self, shot: Shot, frame: int, pipeline: DefocusPipeline) -> Steps[Texture]:
+    def _render_steps(
+        self, shot: Shot, frame: int, pipeline: DefocusPipeline, enlarges: bool
+    ) -> Steps[Texture]:
         """Render a frame through the lens: many views of a scene, or the blur of one picture."""
         yield from self.load_pinhole_steps(shot, frame)
         if shot.defocus.method.needs_scene:
@@ -260,6 +265,7 @@ class FrameRenderer:
             lens=shot.lens_at(frame),
             settings=shot.defocus,
             check_fits=self._check_fits,
+            enlarges=enlarges,
         )
         return (yield from blur.steps(self.loaded))
 

@@ -31,6 +31,7 @@ class PlateBlur:
     """Blurs pinhole pictures through a lens, in the textures of a pipeline.
 
     check_fits  raises GpuError for a picture of a size that this machine cannot blur
+    enlarges    a small picture may be enlarged, so that its highlights are round
     """
 
     passes: DefocusPasses
@@ -39,6 +40,7 @@ class PlateBlur:
     lens: Lens
     settings: DefocusSettings
     check_fits: Callable[[tuple[int, int]], None]
+    enlarges: bool = False
 
     def steps(self, pinhole: Pinhole) -> Steps[Texture]:
         """Blur a picture with the border that is known, and return its frame."""
@@ -61,7 +63,9 @@ class PlateBlur:
         textures = PlateTextures(color, pinhole.depth, pinhole.fragments, cutout=pinhole.cutout)
         optics = pinhole_optics(self.focus_offsets, pinhole, self.lens)
         has_alpha = pinhole.plate.has_alpha
-        picture = yield from self.pipeline.steps(textures, optics, self.settings, has_alpha)
+        picture = yield from self.pipeline.steps(
+            textures, optics, self.settings, has_alpha, self.enlarges
+        )
         if scale == 1.0:
             return picture
         out = scratch.texture("in plate's light", picture.size, 4)

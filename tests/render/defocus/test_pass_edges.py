@@ -6,12 +6,12 @@ import pytest
 
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.render.defocus import highlight_pass, kernel_error
+from heatlens.render.defocus.color_rounds import ColorRounds
 from heatlens.render.defocus.fit_kernels import RIMS, fit_rims
 from heatlens.render.defocus.kernel_error import DiscError
 from heatlens.render.defocus.kernels import gaussian_kernel, named_kernel, rim_kernel
 from heatlens.render.defocus.listed_fragments import FragmentBuffers
 from heatlens.render.defocus.pass_costs import tiles_bytes, unmix_bytes
-from heatlens.render.defocus.pipeline import ColorRounds
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.quality import kernel_for
 from heatlens.render.defocus.reduced_plate import proxy_list_capacity

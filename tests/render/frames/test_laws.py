@@ -9,6 +9,8 @@ import pytest
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import LAYERS_MAX, Bokeh, DefocusSettings, Quality
 from heatlens.core.model.shot.shot import Shot
+from heatlens.render.frame_renderer import run_all_steps
+from heatlens.render.gpu.textures import FloatArray, download
 from support.lamps import (
     DIM,
     HALF_ROUNDING,
@@ -145,6 +147,34 @@ def test_blurred_point_has_variance_of_disc(ctx, renderer, bokeh, quality, light
     _, *variances = moments(light_above_grey(picture, bokeh, coc_px))
     pixel = PIXEL_VARIANCE if light == LAMP else 0.0
     np.testing.assert_allclose(variances, coc_px**2 / 16, rtol=0.02, atol=pixel)
+
+
+def test_enlarged_preview_has_round_lamps_with_their_light(ctx, renderer):
+    """On the screen, a lamp of the enlarged preview differs from the whole disc by half as much."""
+    coc_px, proxy, size, half = 24.0, 0.125, 384, 40
+    lens = lens_blurring(coc_px, size)
+    renderer.load(point_plate(Bokeh.DISC, 3e4, size))
+    whole, small = (
+        Shot(lens, DefocusSettings(quality=Quality.DRAFT, proxy=share)) for share in (1.0, proxy)
+    )
+    plain = download(renderer.render(small)).copy()
+    enlarged = download(run_all_steps(renderer.steps(small, enlarges=True))).copy()
+    assert enlarged.shape[0] == 3 * plain.shape[0]
+    light, expected_light = enlarged[..., 1].sum() / 9.0, plain[..., 1].sum()
+    assert light == pytest.approx(expected_light, rel=0.02)
+    middle = slice(size // 2 - half, size // 2 + half)
+    at_rest = shown_pixels(download(renderer.render(whole)), size)[middle, middle]
+    plain_error, error = (
+        np.abs(shown_pixels(picture, size)[middle, middle] - at_rest).mean()
+        for picture in (plain, enlarged)
+    )
+    assert error < 0.5 * plain_error
+
+
+def shown_pixels(picture: Image, size: int) -> FloatArray:
+    """Return the green of a picture as a screen shows it: clipped at white, and enlarged."""
+    nearest = ((np.arange(size) + 0.5) * picture.shape[0] / size).astype(int)
+    return np.minimum(picture[..., 1], 1.0)[np.ix_(nearest, nearest)]
 
 
 @pytest.mark.parametrize("light", [DIM, LAMP])

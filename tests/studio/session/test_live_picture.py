@@ -53,7 +53,7 @@ class Machine:
         poles = len(kernel_for(settings).poles) * kernel_for(settings).steps
         return self.full_seconds * share * layers_for(settings) * (1 + poles) / 3
 
-    def steps(self, shot: Shot, frame: int, slot: int) -> Iterator[str]:
+    def steps(self, shot: Shot, frame: int, slot: int, enlarges: bool = False) -> Iterator[str]:
         for _ in range(STEPS):
             self.clock_s += self.seconds(shot.defocus) / STEPS
             yield "pass"
@@ -115,7 +115,7 @@ class BuildingMachine(Machine):
     built = 0
     kinds: ClassVar[set[tuple[Method, Quality]]] = set()
 
-    def steps(self, shot: Shot, frame: int, slot: int) -> Iterator[str]:
+    def steps(self, shot: Shot, frame: int, slot: int, enlarges: bool = False) -> Iterator[str]:
         kind = shot.defocus.method, shot.defocus.quality
         if kind not in self.kinds:
             self.kinds = self.kinds | {kind}

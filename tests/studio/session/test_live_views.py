@@ -74,7 +74,7 @@ class Machine:
         self.ctx = SimpleNamespace(finish=lambda: None)
         self.loaded = SimpleNamespace(color=SimpleNamespace(size=SIZE))
 
-    def steps(self, shot: Shot, frame: int, slot: int) -> Iterator[str]:
+    def steps(self, shot: Shot, frame: int, slot: int, enlarges: bool = False) -> Iterator[str]:
         size = proxy_size(SIZE, shot.defocus.proxy)
         share = size[0] * size[1] / (SIZE[0] * SIZE[1])
         while self.sums.get(size, 0) < shot.defocus.views:

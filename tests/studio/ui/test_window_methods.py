@@ -32,10 +32,10 @@ def methods_of_b(gui, monkeypatch) -> list[Method]:
     found: list[Method] = []
     steps = gui.session.pictures.renderer.steps
 
-    def record_method(shot, frame=0, slot=0):
+    def record_method(shot, frame=0, slot=0, enlarges=False):
         if slot >= 2:
             found.append(shot.defocus.method)
-        return steps(shot, frame, slot)
+        return steps(shot, frame, slot, enlarges)
 
     monkeypatch.setattr(gui.session.pictures.renderer, "steps", record_method)
     return found

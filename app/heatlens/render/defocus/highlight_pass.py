@@ -229,11 +229,13 @@ class HighlightListPass:
         buffers: HighlightBuffers,
         coc: Texture,
         positions: Texture | None = None,
+        enlarged: int = 1,
     ) -> Iterator[None]:
         """Fill the list of discs in `buffers`; put highlights back if there are too many.
 
-        `coc` is the signed coc of the picture. `positions`, RGBA of the picture's size, has the
-        position of each light in its pixel; None if it is not known.
+        They will be drawn in a target that is `enlarged` times as large. `coc` is the signed coc of
+        the picture. `positions`, RGBA of the picture's size, has the position of each light in its
+        pixel; None if it is not known.
         """
         size = split.highlights.size
         plan_buffers = {"plan_block": buffers.plan, "row_block": buffers.row}
@@ -255,7 +257,8 @@ class HighlightListPass:
             textures=textures | self._openings.of(optics.disc.aperture),
             buffers=tally_buffers | block_buffers | {"sprite_block": buffers.sprite},
             uniforms=optics.disc.uniforms
-            | {"has_positions": positions is not None, "area_max": _AREA_MAX * size[0] * size[1]},
+            | {"has_positions": positions is not None}
+            | {"area_max": _AREA_MAX * size[0] * size[1] / enlarged},
         )
         # Count the discs of every level of merging, choose a level, then write the discs of that.
         count = self._count.version(**optics.disc.switches)
@@ -342,6 +345,7 @@ class HighlightDrawPass:
     ) -> Iterator[None]:
         """Add every disc of the list to `color`, except where `picture` or `sharp` hides it.
 
+        `color` may be a whole number of times as large as `picture`.
         `nearest`, R of a pixel for each tile, has the least signed coc there.
         On a software rasterizer discs are drawn in bands, so that many large ones do not hold up
         the window.
@@ -370,7 +374,7 @@ class HighlightDrawPass:
         has_lists = picture.lists is not None
         program = self._programs.version(LISTS=has_lists, **optics.disc.switches)
         quads = self._quads_of(program, buffers.sprite)
-        target = self._target.around(color)
+        target, enlarged = self._target.around(color), color.width / picture.coc.width
         target.use()
         target.scissor = band
         program.bind(
@@ -385,8 +389,8 @@ class HighlightDrawPass:
             }
             | self._openings.of(optics.disc.aperture),
             uniforms=optics.disc.uniforms
-            | {"picture_size": color.size, "nearest_px": optics.nearest_px}
-            | {"rows": (band[1], band[1] + band[3])}
+            | {"picture_size": picture.coc.size, "nearest_px": optics.nearest_px}
+            | {"rows": (band[1] / enlarged, (band[1] + band[3]) / enlarged), "enlarged": enlarged}
             | {"has_cutout": sharp is not None}
             | list_uniforms(picture.lists),
             buffers=list_buffers(picture.lists),

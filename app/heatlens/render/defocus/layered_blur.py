@@ -51,6 +51,7 @@ class LayeredPicture:
     sharp           the part that stays sharp; None if all is blurred
     positions       RGBA, subpixel positions of the light; None if they are not known
     may_guess       surfaces behind the focus may be guessed for parts of the lens
+    enlarged        how many times the blurred picture is enlarged before discs are drawn
     """
 
     color: Texture
@@ -60,6 +61,7 @@ class LayeredPicture:
     sharp: SharpPart | None = None
     positions: Texture | None = None
     may_guess: bool = False
+    enlarged: int = 1
 
 
 def _plan_layers(
@@ -126,6 +128,7 @@ class LayeredBlur:
         if near is not None:
             yield from self._parts.replace_around_near_surfaces(near, optics, settings, out)
         if highlights is not None:
+            out = self._enlarge(out, source.enlarged)
             yield from self._draw_highlights(highlights, picture, optics, out, sharp)
         self._scratch.end_pass("highlights drawn")  # without highlights too; no work, so no step
         return out
@@ -192,6 +195,17 @@ class LayeredBlur:
         lit = scratch.buffer("lit pixels", WithoutHighlights.lit_bytes(size))
         return WithoutHighlights(diffuse, highlights, lit, around, lists_without_highlights)
 
+    # A disc of two pixels is a square or a cross, whatever its coverage, because lamps are far
+    # brighter than white. So previews are enlarged before the discs are drawn.
+    def _enlarge(self, picture: Texture, enlarged: int) -> Texture:
+        """Return the picture, or an enlarged copy of it."""
+        if enlarged == 1:
+            return picture
+        size = enlarged * picture.width, enlarged * picture.height
+        out = self._scratch.texture("enlarged out", size, 4)
+        self._passes.rescale.enlarge(picture, out)
+        return out
+
     def _split_highlights(
         self, source: LayeredPicture, kernel: Kernel, optics: Optics, out: WithoutHighlights
     ) -> Steps[HighlightBuffers]:
@@ -212,7 +226,7 @@ class LayeredBlur:
         buffers = {name: scratch.buffer(f"highlight {name}", sizes[name]) for name in sizes}
         highlights = HighlightBuffers(**buffers)
         list_steps = self._passes.list_highlights.steps(
-            out, optics, highlights, source.coc, source.positions
+            out, optics, highlights, source.coc, source.positions, source.enlarged
         )
         yield from self._scratch.run_pass("highlights listed", list_steps)
         return highlights
@@ -226,7 +240,7 @@ class LayeredBlur:
         sharp: SharpPart | None,
     ) -> Steps[None]:
         """Draw the highlights over the blurred picture, among its surfaces."""
-        nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
+        nearest = self._scratch.texture("tile nearest", tile_count(picture.coc.size), 1)
         draw = self._passes.draw_highlights
         steps = draw.steps(highlights, picture, nearest, optics, out, sharp)
         yield from self._scratch.run_pass("highlights drawn", steps)

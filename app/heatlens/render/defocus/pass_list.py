@@ -219,6 +219,7 @@ PASSES: tuple[Pass, ...] = (
         "highlights drawn",
         _draw("highlight_draw", combine_variants(SHAPES, _LISTS)),
         pass_costs.highlights_drawn_bytes,
+        _own_memory("enlarged out"),
         reads_last=(
             *("alpha plate", "rest", "rest fragments", "around", "highlight plan"),
             *(

@@ -72,12 +72,12 @@ from typing import assert_never
 
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Method
 from heatlens.render.defocus.blur_pass import BlurTargets, Diffusion
+from heatlens.render.defocus.color_rounds import ColorRounds
 from heatlens.render.defocus.cutout_pass import SharpPart
 from heatlens.render.defocus.layered_blur import LayeredBlur, LayeredPicture
 from heatlens.render.defocus.listed_fragments import listed_through
-from heatlens.render.defocus.optics import Color, Optics
+from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.passes import DefocusPasses
-from heatlens.render.defocus.plate_passes import ColorPass
 from heatlens.render.defocus.quality import kernel_for, layers_for
 from heatlens.render.defocus.reduced_plate import PlateTextures, ReducedPlate
 from heatlens.render.defocus.scratch import Scratch
@@ -86,6 +86,7 @@ from heatlens.render.gpu.device import Device, Texture
 
 # These methods handle a different focus for each color themselves.
 SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)
+_ENLARGED_PROXY, _ENLARGED_MOST = 0.5, 3  # size that previews are enlarged to, and how far at most
 LayerCallback = Callable[[int, int], None]  # called with the layers done and their number
 
 
@@ -113,13 +114,14 @@ class DefocusPipeline:
         optics: Optics,
         settings: DefocusSettings,
         has_alpha: bool = False,
+        enlarges: bool = False,
     ) -> Steps[Texture]:
         """Render the picture with depth of field, and return it: RGBA float32, at proxy size.
 
-        The next run overwrites the returned texture.
-
-        The plate's depth is a signed coc in pixels if `optics.line` is None. Without `has_alpha`
-        the result's alpha is 1. Methods with one layer ignore the plate's fragments.
+        With `enlarges` a small picture may be larger, so that its highlights are round. The next
+        run overwrites the returned texture. The plate's depth is a signed coc in pixels if
+        `optics.line` is None. Without `has_alpha` the result's alpha is 1. Methods with one layer
+        ignore the plate's fragments.
         """
         if plate.cutout is not None:
             plate = replace(plate, color=plate.cutout.clean_color, depth=plate.cutout.clean_depth)
@@ -135,9 +137,8 @@ class DefocusPipeline:
         def blur_once(color_optics: Optics) -> Steps[Texture]:
             # The ground goes behind the blurred picture, which needs its alpha for that.
             backdrop = None if plate.cutout is None else plate.cutout.backdrop
-            picture = yield from self._blur(
-                plate, color_optics, settings, has_alpha or bool(backdrop)
-            )
+            needs_alpha = has_alpha or bool(backdrop)
+            picture = yield from self._blur(plate, color_optics, settings, needs_alpha, enlarges)
             if backdrop is not None:
                 self._passes.cutout.over_backdrop(backdrop, picture, is_opaque=not has_alpha)
             return picture
@@ -151,9 +152,14 @@ class DefocusPipeline:
         )
 
     def _blur(
-        self, plate: PlateTextures, optics: Optics, settings: DefocusSettings, has_alpha: bool
+        self,
+        plate: PlateTextures,
+        optics: Optics,
+        settings: DefocusSettings,
+        has_alpha: bool,
+        enlarges: bool,
     ) -> Steps[Texture]:
-        """Return the blurred picture at proxy size, with one focus for all colors."""
+        """Return the blurred picture at proxy size or enlarged, with one focus for all colors."""
         color, cutout, sharp = plate.color, plate.cutout, None
         coc = yield from self._compute_coc("coc", plate.depth, optics)
         if cutout is not None:
@@ -169,8 +175,11 @@ class DefocusPipeline:
         has_highlights = settings.bokeh is Bokeh.DISC
         lists = listed_through(plate.fragments, optics, has_alpha)
         may_guess = lists is None and not has_alpha and settings.proxy == 1.0
+        # Alpha, cutouts and single colors are joined with pictures of the proxy size.
+        is_joined = has_alpha or sharp is not None or optics.disc.axial_px != 0.0
+        enlarged = _enlargement(settings) if enlarges and not is_joined else 1
         source = LayeredPicture(
-            color, coc, has_highlights, lists, sharp, plate.positions, may_guess
+            *(color, coc, has_highlights, lists, sharp, plate.positions, may_guess, enlarged)
         )
         if not has_alpha:
             return (yield from self._layered.steps(source, optics, settings, "out"))
@@ -252,37 +261,6 @@ class DefocusPipeline:
         self._reduced.forget()
 
 
-# A function that blurs the picture with one focus for all colors.
-BlurFunction = Callable[[Optics], Steps[Texture]]
-
-
-class ColorRounds:
-    """Runs a blur once for all colors, or once for each color.
-
-    done, count  how many of all rounds are finished, for reporting progress
-    """
-
-    def __init__(self, color_pass: ColorPass) -> None:
-        self._pass = color_pass
-        self.done, self.count = 0, 1
-
-    def run_once(self, blur_once: BlurFunction, optics: Optics) -> Steps[Texture]:
-        """Blur all colors at once."""
-        self.done, self.count = 0, 1
-        return (yield from blur_once(optics))
-
-    def run_for_each_color(
-        self, blur_once: BlurFunction, optics: Optics, size: tuple[int, int], scratch: Scratch
-    ) -> Steps[Texture]:
-        """Blur with the focus of each color and keep that color; alpha comes with green."""
-        red_and_blue = scratch.texture("colours kept", size, 4)
-        for done, color in enumerate((Color.RED, Color.BLUE)):
-            self.done, self.count = done, 3
-            picture = yield from blur_once(optics.in_color(color))
-            self._pass.copy_channels(picture, (color,), red_and_blue)
-            yield "colours"
-        self.done, self.count = 2, 3
-        picture = yield from blur_once(optics.in_color(Color.GREEN))
-        self._pass.copy_channels(red_and_blue, (Color.RED, Color.BLUE), picture)
-        yield scratch.end_pass("colours")
-        return picture
+def _enlargement(settings: DefocusSettings) -> int:
+    """Return how many times as large as the proxy the discs of highlights are drawn."""
+    return min(max(round(_ENLARGED_PROXY / settings.proxy), 1), _ENLARGED_MOST)

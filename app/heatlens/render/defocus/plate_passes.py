@@ -78,6 +78,10 @@ class RescalePass:
     def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "defocus/rescale.comp.glsl")
 
+    def enlarge(self, picture: Texture, out: Texture) -> None:
+        """Enlarge the whole picture to `out`, which is a number of times as large."""
+        self.run(picture, (0.0, 0.0), picture.width / out.width, out)
+
     def run(
         self, picture: Texture, center: tuple[float, float], ratio: float, out: Texture
     ) -> None:

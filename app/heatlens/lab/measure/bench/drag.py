@@ -222,7 +222,7 @@ def _measure_level(
     rest_pixels: ScreenPixels | None,
 ) -> tuple[DragRow, ScreenPixels | None]:
     """Measure one preview level and its picture; the picture is None if it took too long."""
-    level_frame = replace(frame, shot=replace(frame.shot, defocus=level))
+    level_frame = replace(frame, shot=replace(frame.shot, defocus=level), enlarges=True)
     timed = timing.time_within_limit(level_frame, runs, timing.LIMIT_S)
     pixels = flip = None
     if timed is not None:

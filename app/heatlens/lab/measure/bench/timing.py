@@ -80,18 +80,22 @@ class BenchFrames:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One frame, ready to render; it is valid until another source is loaded."""
+    """One frame, ready to render; it is valid until another source is loaded.
+
+    enlarges  a small picture may be enlarged, as in the window
+    """
 
     renderer: FrameRenderer
     shot: Shot
+    enlarges: bool = False
 
     def render(self) -> Texture:
         """Issue the frame; the GPU may still be working on it afterwards."""
-        return self.renderer.render(self._next_shot())
+        return run_all_steps(self.steps())
 
     def steps(self) -> Steps[Texture]:
         """Render the frame in steps, as `FrameRenderer.steps` does."""
-        return self.renderer.steps(self._next_shot())
+        return self.renderer.steps(self._next_shot(), enlarges=self.enlarges)
 
     def _next_shot(self) -> Shot:
         return self.shot

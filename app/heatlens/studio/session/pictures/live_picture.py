@@ -297,7 +297,7 @@ class LivePicture:
         shot, slot = replace(self._request.shot, defocus=settings), self._slots[1]
         arguments, is_whole = (shot, self._request.frame, slot), settings == self._request.settings
         remote_steps = self.remote.steps(*arguments) if is_whole and not self.is_answering else None
-        steps = remote_steps or self._renderer.steps(*arguments)
+        steps = remote_steps or self._renderer.steps(*arguments, enlarges=not is_whole)
         views = self._views_before(settings)
         program_count = programs_built()
         self._work = _Work(
