@@ -1,10 +1,12 @@
 """A reel in a session: one shot is open, a step opens the next, and no edit is lost."""
 
+from dataclasses import replace
+
 import pytest
 
 from heatlens.core.model.curves.frames import Ending, FrameRange
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.reel import Reel, ReelShot
+from heatlens.core.model.shot.reel import Reel, ReelShot, Retime
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.reel_file import write_reel
 from heatlens.media.documents.shot_file import read_shot, write_shot
@@ -240,3 +242,25 @@ def test_reel_shot_without_a_file_keeps_its_edits_across_steps(cut, tmp_path):
     run_until_settled(cut)
     assert cut.editing.shot.key_frames == (1010.0,)
     assert cut.files.documents.offer is None and not cut.files.documents.is_reading
+
+
+def test_reel_playback_shows_a_retimed_shot_as_the_edit_does(cut, tmp_path):
+    """The second shot plays at half speed: each of its frames is shown twice."""
+    reel = cut.files.reel.reel
+    slow = replace(reel.shots[0], retime=Retime(start=1005.0, speed=0.5, count=4))
+    cut.files.reel.change(reel.with_shots((slow, *reel.shots[1:])))
+    timeline, shown = cut.time.timeline, []
+    timeline.playback.ending = Ending.REEL
+    run_loop_once(cut)
+    next_frame = timeline.playback.next_frame
+
+    def note(frame, frames, rate, is_ready):
+        due = timeline.playback.is_due(rate) and is_ready
+        result = next_frame(frame, frames, rate, is_ready)
+        shown.extend([result] * due)
+        return result
+
+    timeline.playback.next_frame = note
+    timeline.play(1)
+    assert collect_played_frames(cut, 3) == ALL_FRAMES[:3]
+    assert shown[:3] == [1005, 1006, 1006]

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.model.curves.frames import Ending, FrameRange
-from heatlens.studio.session.time.playback import Playback
+from heatlens.studio.session.time.playback import CutTimes, Playback
 
 FRAMES = FrameRange(1001, 1005)
 RATE = 24.0
@@ -135,6 +135,25 @@ def test_waiting_for_the_next_shot_drops_none_of_its_frames():
     assert playback.next_frame(1001, FRAMES, RATE, is_ready=True) == 1001
     clock.now_s += 1 / RATE
     assert playback.next_frame(1001, FRAMES, RATE, is_ready=True) == 1002
+
+
+@pytest.mark.parametrize(
+    "cut_frames",
+    [(1001, 1001, 1002, 1002, 1003), (1001, 1003, 1005), (1005, 1004, 1003), (1002,) * 4],
+    ids=["half speed", "double speed", "backwards", "freeze"],
+)
+def test_retimed_cut_plays_the_frames_that_the_reel_shows_at_its_rate(cut_frames):
+    clock, playback, _ = start_playback(Ending.REEL, 1, 1001)
+    playback.cut, cuts, rate = CutTimes(cut_frames, 30.0), [], 30.0
+    playback.next_shot = lambda: not cuts.append(clock.now_s)
+    frames = [cut_frames[0]]
+    while not cuts:
+        clock.now_s += 1 / rate
+        assert playback.is_due(RATE)
+        frames.append(playback.next_frame(frames[-1], FRAMES, RATE, is_ready=True))
+    assert tuple(frames[:-1]) == cut_frames
+    playback.ending = Ending.LOOP  # within the shot, each frame plays once
+    assert playback.seconds_until_due(RATE) == pytest.approx(1 / RATE, abs=0.05)
 
 
 @pytest.mark.parametrize("direction", [1, -1])

@@ -14,6 +14,7 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.reel_file import is_reel
 from heatlens.studio.session.files.reel_reading import (
     LoadedReel,
+    cut_times,
     first_picture_of,
     focus_of,
     load_reel,
@@ -219,6 +220,7 @@ class OpenReel(Commands, Worker):
         """
         if (loaded := self._reader.poll()) is not None:
             self._begin_reel(loaded)
+        self._playback.cut = cut_times(self.reel, self.number) if self.is_open else None
         if self._requested_shot is not None:
             self._finish_opening(self._requested_shot)
         elif self.is_open:

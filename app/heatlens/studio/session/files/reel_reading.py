@@ -1,6 +1,7 @@
 """Read a reel or an edit for the session, with the focus at the ends of its shots."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from heatlens.core.base.errors import HeatlensError
@@ -10,6 +11,7 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.reel_file import read_reel
 from heatlens.media.documents.shot_file import is_shot_file, read_shot
 from heatlens.studio.session.files.shot_stills import FirstPicture
+from heatlens.studio.session.time.playback import CutTimes
 
 
 @dataclass(frozen=True)
@@ -54,3 +56,10 @@ def focus_of(shot: Shot, reel_shot: ReelShot) -> CutFocus:
     frames = reel_shot.frames or shot.played_frames
     first, last = (0, 0) if frames is None else (frames.first, frames.last)
     return CutFocus(shot.lens_at(first).focus_distance_m, shot.lens_at(last).focus_distance_m)
+
+
+@lru_cache(maxsize=1)  # it is asked for in each frame of the window
+def cut_times(reel: Reel, number: int) -> CutTimes | None:
+    """Return how a reel retimes a shot; None if it shows each frame once."""
+    shot = reel.shots[number]
+    return None if shot.retime is None else CutTimes(shot.source_frames, reel.frames_per_second)
