@@ -19,7 +19,9 @@ def depth_note(plate: Plate) -> Explained:
     is_distance = depth.convention is DepthConvention.DISTANCE
     words = "metres" if is_distance else depth.convention.facts.label
     along = " along the ray" if depth.kind is DepthKind.RADIAL else ""
-    ends = f", {depth.near_m:.3g} to {depth.far_m:.3g}" if plate.has_distances else ""
+    is_even = depth.near_m == depth.far_m
+    last = "" if is_even else f" to {depth.far_m:.3g}"
+    ends = f", {depth.near_m:.3g}{last}" if plate.has_distances else ""
     unit = " m" if ends and not is_distance else ""
     sky = " and infinity" if ends and depth.infinite_count else ""
     return Explained(f"depth: {depth.channel}, {words}{along}{ends}{unit}{sky}", depth.why)

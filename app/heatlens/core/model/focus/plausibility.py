@@ -199,9 +199,7 @@ def _focus_doubts(lens: Lens, span: DepthSpan) -> Iterator[Doubt]:
     position = "nearer than everything" if is_before else "farther than every surface"
     yield Doubt(
         "focus",
-        f"The focus at {format_distance(focus_m)} lies {position} in the picture ({span.words}), "
-        "so "
-        f"{'no surface' if span.has_sky else 'nothing'} is sharp. "
+        f"The focus at {format_distance(focus_m)} lies {position} in the picture ({span.words}). "
         + (hint or "Focus on what is seen at a pixel with --focus-at, or see --scene-unit."),
     )
 
@@ -228,12 +226,11 @@ def _focus_hint(focus_m: float, span: DepthSpan) -> str:
 
 def _unit_question(span: DepthSpan, units: list[str]) -> str:
     """Return the depths in other likely units, and the option that sets each."""
-    readings = "; if ".join(
-        f"in {_UNIT_NAMES[unit]}, which makes them {span.in_unit(_SCENE_UNITS[unit]).words}, say "
-        f"--scene-unit {unit}"
+    readings = "; ".join(
+        f"in {_UNIT_NAMES[unit]} ({span.in_unit(_SCENE_UNITS[unit]).words}) say --scene-unit {unit}"
         for unit in units
     )
-    return f"If the depths are {readings.replace('; if in', '; if they are in')}."
+    return f"If the depths are {readings}."
 
 
 def _sharpness_doubts(lens: Lens, span: DepthSpan) -> Iterator[Doubt]:
