@@ -18,16 +18,16 @@ import functools
 import json
 import math
 import os
-import shlex
 import socket
 import struct
-import subprocess
 import tempfile
 import time
 from pathlib import Path
 
 import bpy
 from bpy.props import BoolProperty, IntProperty, PointerProperty, StringProperty
+
+from .program import INSTALL, NOT_FOUND, HEATLENS_OT_install, opened_window, ran, started
 
 # What heatlens takes.
 SQUEEZE_LEAST, SQUEEZE_MOST = 1.0, 2.0
@@ -216,49 +216,6 @@ def behind_name(scene):
 def shot_path(scene):
     """Return the path of the shot that heatlens and Blender share."""
     return plate_folder(scene) / f"{plate_name(scene)}{SHOT_SUFFIX}"
-
-
-# ---- heatlens as a program -----------------------------------------------------------------------
-
-
-def command(*words):
-    """Return the command line of heatlens as the preferences name it."""
-    entry = bpy.context.preferences.addons.get(__package__)
-    named = entry.preferences.command if entry is not None else ""
-    own = named or os.environ.get("HEATLENS", "heatlens")
-    for program in ("bin/heatlens", "Scripts/heatlens.exe", "heatlens", "heatlens.exe"):
-        if named and (Path(named) / program).is_file():  # a folder with an environment or program
-            return [str(Path(named) / program), *map(str, words)]
-    return [*shlex.split(own, posix=os.name != "nt"), *map(str, words)]
-
-
-def started(*words):
-    """Start heatlens. Raises OSError where there is no such program."""
-    return subprocess.Popen(
-        command(*words), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
-
-
-def opened_window(*words):
-    """Start heatlens with a window, which nobody waits for."""
-    return subprocess.Popen(
-        command(*words), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, close_fds=True
-    )
-
-
-def ran(*words):
-    """Run heatlens to its end. Raises RuntimeError with what it says where it refuses."""
-    process = started(*words)
-    said, _ = process.communicate()
-    if process.returncode != 0:
-        raise RuntimeError(said.strip().splitlines()[-1] if said.strip() else "heatlens failed")
-    return said
-
-
-NOT_FOUND = (
-    "heatlens was not found. Name it in the preferences of this add-on: the folder of its Python "
-    "environment, such as /home/me/heatlens/.venv, or a command."
-)
 
 
 # ---- render plate --------------------------------------------------------------------------------
@@ -616,6 +573,7 @@ _FOLLOW = Follower()
 
 def watch():
     """Look after the shot of the scene in the window; Blender calls this again and again."""
+    INSTALL.poll()
     if bpy.context.scene is not None:
         _FOLLOW.poll(bpy.context.scene)
     return WATCH_BUSY_S if _FOLLOW.is_busy else WATCH_S
@@ -930,7 +888,7 @@ class HeatlensSettings(bpy.types.PropertyGroup):
 
 
 class HeatlensPreferences(bpy.types.AddonPreferences):
-    """Where heatlens is."""
+    """Where heatlens is, and what installs it."""
 
     bl_idname = __package__
 
@@ -940,9 +898,21 @@ class HeatlensPreferences(bpy.types.AddonPreferences):
         "starts it; empty: heatlens on the PATH",
     )
 
+    package: StringProperty(
+        name="Install From",
+        description="What pip installs: a wheel of heatlens on this machine, or a name it knows",
+        default="heatlens[desk]",
+        subtype="FILE_PATH",
+    )
+
     def draw(self, context):
-        """Draw the one setting."""
-        self.layout.prop(self, "command")
+        """Draw where heatlens is, and what installs it."""
+        layout = self.layout
+        layout.prop(self, "command")
+        layout.prop(self, "package")
+        layout.operator("heatlens.install")
+        for line in _lines(INSTALL.message, letters=100) if INSTALL.message else ():
+            layout.label(text=line)
 
 
 class HEATLENS_PT_panel(bpy.types.Panel):
@@ -996,6 +966,7 @@ CLASSES = (
     HEATLENS_OT_live_cycles,
     HEATLENS_OT_live_viewport,
     HEATLENS_OT_show_in_compositor,
+    HEATLENS_OT_install,
     HEATLENS_PT_panel,
 )
 

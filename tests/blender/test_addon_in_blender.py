@@ -20,6 +20,7 @@ from heatlens.media.plate.read import read_plate
 from support.blender import PYTHON
 from support.tev_peers import serving, settle
 
+ROOT = Path(__file__).resolve().parents[2]
 PROBE = """
 import bpy, json, os, sys, time
 from pathlib import Path
@@ -187,3 +188,44 @@ def test_addon_renders_plate_sends_live_picture_and_reads_lens_back(tmp_path, ex
     behind_plate = read_plate(Path(behind_file))
     assert behind_plate.depth_m is not None and plate.depth_m[13, 24] < 12
     assert behind_plate.depth_m[13, 24] > 1000 and facts["is_cube_seen"]
+
+
+INSTALL_PROBE = """
+import bpy, sys, time
+from pathlib import Path
+
+extension, wheel = sys.argv[1:]
+bpy.ops.extensions.package_install_files(
+    filepath=extension, repo="user_default", enable_on_install=True
+)
+program = sys.modules["bl_ext.user_default.heatlens.program"]
+preferences = program.preferences_of_addon()
+preferences.package = wheel
+bpy.context.preferences.system.use_online_access = True
+bpy.ops.heatlens.install()
+while program.INSTALL.is_busy:
+    program.INSTALL.poll()
+    time.sleep(0.1)
+print(program.INSTALL.message)
+print("SAID", program.ran("--version").strip(), "FROM", program.command()[0])
+"""
+
+
+def test_install_button_makes_environment_with_heatlens_of_its_own(tmp_path, extension_file):
+    pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
+    subprocess.run([*pip, "--wheel-dir", str(tmp_path), str(ROOT)], check=True)
+    (wheel,) = tmp_path.glob("heatlens-*.whl")
+    (tmp_path / "probe.py").write_text(INSTALL_PROBE)
+    process = subprocess.run(
+        [PYTHON, tmp_path / "probe.py", extension_file, wheel],
+        env=os.environ | {"BLENDER_USER_RESOURCES": str(tmp_path / "blender"), "HEATLENS": "none"},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=400,
+    )
+    assert process.returncode == 0, process.stdout + process.stderr
+    said = next(line for line in process.stdout.splitlines() if line.startswith("SAID"))
+    version, _, program = said.removeprefix("SAID ").partition(" FROM ")
+    assert version.endswith(heatlens.__version__)
+    assert Path(program).is_relative_to(tmp_path / "blender")

@@ -2,6 +2,7 @@
 
 import importlib.util
 import sys
+import time
 import tomllib
 import zipfile
 from types import ModuleType, SimpleNamespace
@@ -32,13 +33,17 @@ def fake_bpy_modules() -> dict[str, ModuleType]:
 @pytest.fixture(scope="module")
 def addon():
     path = data_dir("assets") / "blender" / "heatlens_addon.py"
-    spec = importlib.util.spec_from_file_location("heatlens_addon", path)
+    spec = importlib.util.spec_from_file_location(
+        "heatlens_addon", path, submodule_search_locations=[str(path.parent)]
+    )
     module = importlib.util.module_from_spec(spec)
     with pytest.MonkeyPatch.context() as patch:
         for name, part in fake_bpy_modules().items():
             patch.setitem(sys.modules, name, part)
+        patch.setitem(sys.modules, "heatlens_addon", module)
         spec.loader.exec_module(module)
-    return module
+        yield module
+    sys.modules.pop("heatlens_addon.program")
 
 
 def messages(data: bytes) -> list:
@@ -111,7 +116,11 @@ def test_addon_build_writes_same_extension_each_time(tmp_path, capsys):
     assert [main(["addon", "build", "-o", str(file)]) for file in files] == [0, 0]
     assert files[0].read_bytes() == files[1].read_bytes()
     with zipfile.ZipFile(files[0]) as archive:
-        assert set(archive.namelist()) == {"__init__.py", "blender_manifest.toml"}
+        assert set(archive.namelist()) == {
+            "__init__.py",
+            "program.py",
+            "blender_manifest.toml",
+        }
         manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())
         compile(archive.read("__init__.py"), "__init__.py", "exec")
     assert manifest["version"] == heatlens.__version__ and manifest["license"] == ["SPDX:MIT"]
@@ -124,17 +133,44 @@ def test_addon_build_refuses_other_names(tmp_path, capsys):
     assert ".zip" in capsys.readouterr().err
 
 
-def test_command_takes_program_from_named_folder(addon, tmp_path, monkeypatch):
-    """The preferences name a command, an environment, or the folder without Python."""
-    addons = {addon.__package__: SimpleNamespace(preferences=SimpleNamespace(command=""))}
+@pytest.fixture
+def preferences(addon, monkeypatch):
+    """Return preferences of the add-on as Blender would hold them."""
+    preferences = SimpleNamespace(command="", package="heatlens[desk]")
+    addons = {"heatlens_addon": SimpleNamespace(preferences=preferences)}
     context = SimpleNamespace(preferences=SimpleNamespace(addons=addons))
     monkeypatch.setattr(addon.bpy, "context", context, raising=False)
-    preferences = addons[addon.__package__].preferences
+    return preferences
+
+
+def test_command_takes_program_from_named_folder(addon, preferences, tmp_path, monkeypatch):
+    """The preferences name a command, an environment, or the folder without Python."""
+    command = addon.program.command
     monkeypatch.delenv("HEATLENS", raising=False)
-    assert addon.command("info") == ["heatlens", "info"]
+    assert command("info") == ["heatlens", "info"]
     preferences.command = "python3 -m heatlens"
-    assert addon.command("info") == ["python3", "-m", "heatlens", "info"]
+    assert command("info") == ["python3", "-m", "heatlens", "info"]
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin" / "heatlens").touch()
     preferences.command = str(tmp_path)
-    assert addon.command("info") == [str(tmp_path / "bin" / "heatlens"), "info"]
+    assert command("info") == [str(tmp_path / "bin" / "heatlens"), "info"]
+
+
+def test_installation_that_pip_refuses_keeps_preferences_and_tells_why(
+    addon, preferences, tmp_path
+):
+    missing = tmp_path / "heatlens-9-py3-none-any.whl"
+    installation = addon.program.Installation()
+    installation.begin(tmp_path / "environment", str(missing))
+    while installation.is_busy:
+        installation.poll()
+        time.sleep(0.02)
+    assert missing.name in installation.message and preferences.command == ""
+
+
+def test_install_refuses_while_blender_stays_offline(addon, preferences, monkeypatch):
+    monkeypatch.setattr(addon.bpy, "app", SimpleNamespace(online_access=False), raising=False)
+    operator, said = addon.HEATLENS_OT_install(), []
+    operator.report = lambda kinds, text: said.append((kinds, text))
+    assert operator.execute(None) == {"CANCELLED"}
+    assert said == [({"ERROR"}, addon.program.OFFLINE)]

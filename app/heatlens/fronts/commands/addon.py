@@ -23,6 +23,7 @@ example:
 _FILES = {
     "blender_manifest.toml": "blender_manifest.toml",
     "__init__.py": "heatlens_addon.py",
+    "program.py": "program.py",
 }
 
 
