@@ -10,6 +10,13 @@ from importlib.metadata import Distribution, distributions
 from pathlib import Path
 
 BUILDING = {"pip", "setuptools", "altgraph", "pyinstaller-hooks-contrib"}  # not in the folder
+# Packages whose wheels hold libraries of others without their texts: FFmpeg (LGPL 3), x264 and x265
+# (GPL 2 or later), libheif (LGPL 3). LGPL 3 adds permissions to GPL 3, so both texts are needed.
+_TEXTS = {
+    "av": ("GPL-2.0", "LGPL-3.0", "GPL-3.0"),
+    "opencv-python-headless": ("LGPL-3.0", "GPL-3.0"),
+    "pillow-heif": ("GPL-2.0", "LGPL-3.0", "GPL-3.0"),
+}
 _IS_LICENCE = re.compile(r"(licen[cs]e|copying|notice|authors)", re.IGNORECASE)
 
 
@@ -30,6 +37,7 @@ def licences_text(binaries: Iterable[tuple[str, str, str]], checkout: Path) -> s
         (f"Python {sys.version.split()[0]}", _python_licence()),
         *((f"{it.name} {it.version}", _licence_of(it)) for it in packages()),
         *_licences_of_system({Path(file) for _, file, _ in binaries}),
+        *_texts_of_libraries({it.name for it in packages()}),
     ]
     return "\n\n".join(f"{'=' * 80}\n{title}\n{'=' * 80}\n\n{text}" for title, text in texts)
 
@@ -62,6 +70,16 @@ def _licences_of_system(files: set[Path]) -> Iterator[tuple[str, str]]:
     for package in sorted({line.partition(":")[0] for line in found.stdout.splitlines()}):
         copyright_file = Path("/usr/share/doc") / package / "copyright"
         yield f"{package} (Debian)", _text(copyright_file)
+
+
+def _texts_of_libraries(names: set[str]) -> Iterator[tuple[str, str]]:
+    """Yield the licences of libraries that lie in the wheels of the named packages."""
+    for text in sorted({text for name in names for text in _TEXTS.get(name, ())}):
+        holders = ", ".join(
+            name for name, texts in _TEXTS.items() if name in names and text in texts
+        )
+        title = f"{text.replace('-', ' ')} (libraries in {holders})"
+        yield title, _text(Path(__file__).with_name("texts") / f"{text}.txt")
 
 
 def _text(file: Path) -> str:
