@@ -11,7 +11,7 @@ import sys
 import tempfile
 from collections.abc import Generator, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 import pytest
@@ -90,7 +90,9 @@ def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add `--update-golden`, which rewrites the golden pictures, and `--fuzz-minutes`."""
+    """Add `--update-golden`, which rewrites the golden pictures, and two more options."""
+    help_text = "skip tests that draw, with a fixture or the mark `draws_in_process`"
+    parser.addoption("--without-opengl", action="store_true", help=help_text)
     parser.addoption("--fuzz-minutes", type=float, help="fuzz each format for so long")
     parser.addoption(
         "--update-golden", action="store_true", help="rewrite tests/render/frames/golden/"
@@ -105,6 +107,13 @@ def no_fault_is_hidden(request: pytest.FixtureRequest) -> Iterator[None]:
     written, about = dict(faults._reports_by_location), "expects_faults" in request.fixturenames
     faults._reports_by_location.clear()
     assert about or not written, {at: path and path.read_text() for at, path in written.items()}
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip a test whose own processes draw, on a machine without OpenGL."""
+    draws = item.get_closest_marker("draws_in_process") is not None
+    if draws and item.config.getoption("--without-opengl"):
+        skip_what_draws()
 
 
 @pytest.fixture(autouse=True)
@@ -141,11 +150,18 @@ def expects_faults() -> None:
     """Mark a test in which something fails in a way that nobody foresaw."""
 
 
+def skip_what_draws() -> NoReturn:
+    """Skip a test that asks for OpenGL on a machine without it."""
+    pytest.skip("draws, and --without-opengl was given")
+
+
 @pytest.fixture(scope="session")
-def session_context() -> Iterator["Device"]:
+def session_context(pytestconfig: pytest.Config) -> Iterator["Device"]:
     """Make the one OpenGL context of the run; making one costs 0.2 s."""
     from heatlens.render.gpu.context import headless_context
 
+    if pytestconfig.getoption("--without-opengl"):
+        skip_what_draws()
     ctx = headless_context()
     contexts.list_unheld(ctx)
     yield ctx
@@ -199,13 +215,17 @@ _IMPORTED = r"import [^()]*\(?[^()]*\bheadless_context"
 
 
 @pytest.fixture(scope="session", autouse=True)
-def command_context(session_context: "Device") -> Iterator["Device"]:
+def command_context(
+    request: pytest.FixtureRequest, pytestconfig: pytest.Config
+) -> Iterator["Device | None"]:
     """Make the commands that run inside the tests draw with the context of the session.
 
     A context of their own would become the current one, and calls for this one would go there.
     """
     import heatlens
 
+    draws = not pytestconfig.getoption("--without-opengl")
+    device = request.getfixturevalue("session_context") if draws else None
     root = Path(heatlens.__file__).parent
     with pytest.MonkeyPatch.context() as patch:
         contexts.record_new_contexts(patch)
@@ -214,8 +234,8 @@ def command_context(session_context: "Device") -> Iterator["Device"]:
             # The search alone backtracks for seconds over files without the name.
             if "headless_context" in text and re.search(_IMPORTED, text):
                 module = ".".join(path.relative_to(root.parent).with_suffix("").parts)
-                patch.setattr(f"{module}.headless_context", lambda: session_context)
-        yield session_context
+                patch.setattr(f"{module}.headless_context", lambda: device or skip_what_draws())
+        yield device
 
 
 @pytest.fixture(scope="module")

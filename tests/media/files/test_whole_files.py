@@ -115,6 +115,7 @@ def small_disk(tmp_path):
     subprocess.run(["umount", str(folder)], check=True)
 
 
+@pytest.mark.draws_in_process
 @pytest.mark.parametrize("suffix", [".jpg", ".png", ".exr", ".mov", ".mp4"])
 @pytest.mark.parametrize("left_kb", [0, 2])
 def test_export_to_full_disk_reports_it_and_leaves_no_partial_file(

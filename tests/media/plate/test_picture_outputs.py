@@ -127,6 +127,7 @@ def run_piped(*words, data=b""):
     return subprocess.run(command, input=data, capture_output=True, env=ENVIRONMENT, check=False)
 
 
+@pytest.mark.draws_in_process
 def test_render_through_pipe_equals_render_of_files(plate, tmp_path, capsys):
     process = run_piped("render", "-", "-o", "-", *LENS, data=plate.read_bytes())
     assert process.returncode == 0, process.stderr
