@@ -36,6 +36,7 @@ from heatlens.studio.settings.export_settings import (
     frame_kinds,
     proposed_settings,
 )
+from heatlens.studio.ui.panels.export_panel import difference_from_window
 from support.dask_cluster import dask_cluster
 from support.gui import Gui, gui_of
 from support.plates import room
@@ -397,3 +398,11 @@ def test_chosen_cluster_renders_frames_ahead_after_agreement(gui: Gui, tmp_path:
         gui.click(gui.middle("frames ahead (the blue bar)"))
         gui.frame(2)
         assert pull.cluster._cluster is None and pull.cluster.status_text == ""
+
+
+def test_export_panel_says_which_quality_the_window_shows_if_the_export_has_another() -> None:
+    for exported in Quality:
+        for shown in Quality:
+            words = difference_from_window(exported, shown)
+            assert (words == "") == (exported is shown)
+            assert not words or str(shown) in words

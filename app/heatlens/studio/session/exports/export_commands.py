@@ -64,6 +64,11 @@ class ExportCommands(Commands, Worker):
         """The quality of an export, if the panel names none."""
         return blur_of_export(self._editing.shot).effective_quality
 
+    @property
+    def shown_quality(self) -> Quality:
+        """The quality of the picture that the window shows at rest."""
+        return self._editing.shot.defocus.effective_quality
+
     def propose(self) -> None:
         """Propose folder and name for a newly opened plate; note whether one frame is exported."""
         plate, source = self._source.plate, self._editing.shot.source

@@ -59,6 +59,7 @@ def draw_exports(files: FileControl, pictures: PictureControl) -> None:
         pictures.cluster.status_text,
         exports.notify,
         exports.usual_quality,
+        exports.shown_quality,
     )
     exports.change(settings)
     if pressed is PressedButton.CANCEL:
@@ -76,16 +77,17 @@ def export_panel(
     workers: str = "",
     notify: Callable[[str], None] = lambda _: None,
     default_quality: Quality = Quality.FINAL,
+    shown_quality: Quality = Quality.FILM,
 ) -> tuple[ExportSettings, PressedButton]:
     """Draw the panel; return the settings as the user left them, and the button pressed.
 
     `workers` is a text about the workers of a cluster that render for this window.
-    `default_quality` is used if no quality is chosen here.
+    `default_quality` is used if no quality is chosen here; `shown_quality` is that of the window.
     """
     imgui.separator_text("Frames")
     settings, pressed = _folder_rows(settings), PressedButton.NOTHING
     settings = replace(settings, kind=widgets.choice("format", settings.kind, list(frame_kinds())))
-    settings = _option_rows(settings, played, default_quality)
+    settings = _option_rows(settings, played, (default_quality, shown_quality))
     is_busy = state is not None and state.code is None
     with widgets.disabled(is_busy or not settings.name or not settings.folder):
         if widgets.button("Write job" if settings.place.is_job else "Export", "Export"):
@@ -148,10 +150,19 @@ def _folder_rows(settings: ExportSettings) -> ExportSettings:
     return field_row(replace(settings, folder=folder, name=name), _OVERWRITE)
 
 
+def difference_from_window(exported: Quality, shown: Quality) -> str:
+    """Return in words how an export differs from the picture of the window; "" if it does not."""
+    return "" if exported is shown else f"The window shows {shown}; Q changes that."
+
+
 def _option_rows(
-    settings: ExportSettings, played: FrameRange | None, default_quality: Quality
+    settings: ExportSettings, played: FrameRange | None, qualities: tuple[Quality, Quality]
 ) -> ExportSettings:
-    """Draw frames, quality and the options of the format; return the changed settings."""
+    """Draw frames, quality and the options of the format; return the changed settings.
+
+    `qualities` are the default one and that of the window.
+    """
+    default_quality, shown_quality = qualities
     span = "one frame" if played is None or played.count == 1 else f"{played}, from in to out"
     option = options_of(ExportOptions)["frames"]
     widgets.label(option.label, option.tip)
@@ -161,6 +172,8 @@ def _option_rows(
         str(quality): str(quality) for quality in Quality
     }
     quality = widgets.pick("quality", settings.quality, quality_names, _QUALITY_TIP)
+    if words := difference_from_window(Quality(quality or default_quality), shown_quality):
+        imgui.text_disabled(words)
     settings = replace(settings, frames=frames.strip(), quality=quality)
     for name in options_in_panel(settings.is_linear):
         if name not in ("frames", _OVERWRITE):
