@@ -15,6 +15,8 @@ from heatlens.lab.measure.bench.drag import DragView, measure_drag, missing_flip
 from heatlens.lab.measure.bench.synthetic_plate import LENS, scene_plate
 from heatlens.lab.measure.bench.timing import BenchFrames
 from heatlens.media.plate.picture.display import encode_srgb
+from heatlens.render.defocus.plate_passes import proxy_size
+from heatlens.render.frame_renderer import run_all_steps
 from heatlens.render.preview.level_choice import cheaper_levels
 from support.command_line import stderr_of_run
 from support.session_files import room_file
@@ -102,16 +104,18 @@ def test_drag_view_at_rest_is_srgb_encoded_picture(frames):
     view.release()
 
 
-def test_drag_view_moving_in_focus_is_close_to_rest(frames):
+@pytest.mark.parametrize("enlarges", [False, True])
+def test_drag_view_moving_in_focus_is_close_to_rest(frames, enlarges):
     """A pinhole blurs nothing, so a smaller picture must still show the plate's detail."""
     lens = replace(LENS, f_stop=1e5)
     frame = frames.frame(scene_plate(SIZE), lens, DefocusSettings())
     view = DragView(frame.renderer, SIZE)
     rest_picture = view.draw_at_rest(frame.render())
-    level = cheaper_levels(DefocusSettings())[2]
+    level = cheaper_levels(DefocusSettings())[-1]
     shot = Shot(lens, level)
-    moving_picture = view.draw_moving(frame.renderer.render(shot), shot, 1.0)
-    assert level.proxy < 1.0
+    picture = run_all_steps(frame.renderer.steps(shot, enlarges=enlarges))
+    moving_picture = view.draw_moving(picture, shot, 1.0)
+    assert (picture.size == proxy_size(SIZE, level.proxy)) != enlarges
     assert float(np.abs(moving_picture - rest_picture).mean()) < 0.01
     view.release()
 

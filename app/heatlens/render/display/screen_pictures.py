@@ -8,7 +8,7 @@ from heatlens.core.model.view.view import Against, Compare, ViewState
 from heatlens.render.defocus.focus_offset_survey import FocusOffsetSurvey
 from heatlens.render.defocus.layer_cuts import layer_cuts
 from heatlens.render.defocus.optics import Optics
-from heatlens.render.defocus.plate_passes import ProxyPass, proxy_size
+from heatlens.render.defocus.plate_passes import ProxyPass, RescalePass, proxy_size
 from heatlens.render.defocus.quality import layers_for
 from heatlens.render.display.display_pass import DisplayPass
 from heatlens.render.display.overlay_pass import OverlayPass
@@ -59,6 +59,7 @@ class ScreenPictures:
         self._overlays = OverlayPass(ctx)
         self._focus_offsets = FocusOffsetSurvey(ctx)
         self._proxy, self._focus_mean = ProxyPass(ctx), FocusMeanPass(ctx)
+        self._rescale = RescalePass(ctx)
         # The plate and size of which the texture "coarse plate" holds the mean.
         self._coarse_plate_key: tuple[Pinhole, tuple[int, int]] | None = None
         self._sharpen_for_enlarging = EnlargePass(ctx)
@@ -159,7 +160,7 @@ class ScreenPictures:
             fine = self.b(plate.color, plate, view)
         else:
             fine = self._fine_plate(plate, final_proxy, view)
-        coarse = self._coarse_plate(plate, proxy, view, optics.line)
+        coarse = self._coarse_plate(plate, shown, view, optics.line)
         return Detail(fine, coarse, plate.depth, optics.line, 1.0 / proxy)
 
     def _fine_plate(self, plate: Pinhole, proxy: float, view: ViewState) -> Texture:
@@ -180,19 +181,25 @@ class ScreenPictures:
         return target.texture
 
     def _coarse_plate(
-        self, plate: Pinhole, proxy: float, view: ViewState, line: CocLine | None
+        self, plate: Pinhole, shown: ShownPicture, view: ViewState, line: CocLine | None
     ) -> Texture:
-        """Return the part of the plate in focus as display values, at the size of a preview."""
-        size = proxy_size(plate.color.size, proxy)
+        """Return the part of the plate in focus as display values, as a preview has it.
+
+        A preview that was enlarged for its highlights is matched by a plate enlarged likewise.
+        """
+        size = proxy_size(plate.color.size, shown.settings.proxy)
         transform = self._screen_transform(view)
         target = self._coarse
-        if target.needs_update(size, (plate, transform, line)):
+        if target.needs_update(shown.texture.size, (plate, size, transform, line)):
             if self._coarse_plate_key != (plate, size):
                 self._reduce_plate("coarse plate", plate, size)
                 self._coarse_plate_key = plate, size
             mean = self._pool.texture("coarse plate", size, 4)
             focused = self._pool.texture("coarse plate in focus", size, 4)
             self._focus_mean.run(plate.color, plate.depth, line, mean, focused)
+            if shown.texture.size != size:
+                small, focused = focused, self._pool.texture("enlarged", shown.texture.size, 4)
+                self._rescale.enlarge(small, focused)
             assert target.texture is not None
             self._display(focused, target.texture, transform, is_enlarged=True)
             self._update_mipmaps(target.texture)

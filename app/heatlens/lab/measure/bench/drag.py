@@ -19,7 +19,7 @@ from heatlens.lab.measure.bench.timing import BenchFrames, Frame, ReportProgress
 from heatlens.lab.measure.metrics import flip_evaluation
 from heatlens.media.plate.plate import Plate
 from heatlens.render.defocus.kernels import Kernel
-from heatlens.render.defocus.plate_passes import ProxyPass, proxy_size
+from heatlens.render.defocus.plate_passes import ProxyPass, RescalePass, proxy_size
 from heatlens.render.defocus.quality import kernel_for
 from heatlens.render.display.display_pass import DisplayPass
 from heatlens.render.display.picture_pass import (
@@ -50,7 +50,7 @@ class DragView:
         self._pool = TexturePool(ctx)
         self._display, self._enlarge = DisplayPass(ctx), EnlargePass(ctx)
         self._proxy, self._picture_pass = ProxyPass(ctx), PicturePass(ctx)
-        self._focus_mean = FocusMeanPass(ctx)
+        self._focus_mean, self._rescale = FocusMeanPass(ctx), RescalePass(ctx)
         self._out = ctx.texture(self.size, 4)
         self._screen = ctx.framebuffer([self._out])
         # Bound when the screen is released; the driver would bind the window's, which may not
@@ -67,10 +67,11 @@ class DragView:
         proxy = shot.defocus.proxy
         if proxy >= rest_proxy:
             return self.draw_at_rest(picture)
-        return self._draw_screen(self._to_enlarged_display(picture), self._detail(shot, rest_proxy))
+        detail = self._detail(shot, rest_proxy, picture.size)
+        return self._draw_screen(self._to_enlarged_display(picture), detail)
 
-    def _detail(self, shot: Shot, rest_proxy: float) -> Detail:
-        """Return the detail in focus that the preview of `shot` lacks."""
+    def _detail(self, shot: Shot, rest_proxy: float, shown_size: tuple[int, int]) -> Detail:
+        """Return the detail in focus that the preview of `shot`, of this size, lacks."""
         loaded, proxy = self.renderer.loaded, shot.defocus.proxy
         plate = self._to_display(
             self._reduce_plate(self.size) if rest_proxy < 1.0 else loaded.color
@@ -80,6 +81,9 @@ class DragView:
         line, mean = self.renderer.optics(shot).line, self._reduce_plate((width, height))
         focused = self._pool.texture("focused", mean.size, 4)
         self._focus_mean.run(loaded.color, loaded.depth, line, mean, focused)
+        if shown_size != focused.size:
+            small, focused = focused, self._pool.texture("enlarged", shown_size, 4)
+            self._rescale.enlarge(small, focused)
         return Detail(plate, self._to_enlarged_display(focused), loaded.depth, line, 1.0 / proxy)
 
     def _reduce_plate(self, size: tuple[int, int]) -> Texture:

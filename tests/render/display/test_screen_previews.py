@@ -1,0 +1,50 @@
+"""Previews on the screen: what is in focus has the detail of the plate at every preview size."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.view.view import ViewState
+from heatlens.render.display.picture_pass import PicturePass, PlacedPicture
+from heatlens.render.display.screen_pictures import ScreenPictures
+from heatlens.render.frame_renderer import run_all_steps
+from heatlens.render.gpu.device import Sampling
+from heatlens.render.preview.level_choice import cheaper_levels
+from heatlens.render.preview.shown import ShownPicture
+from support.plates import FAR_M, lens_blurring, plate_of
+
+SIZE = (192, 128)
+
+
+def screen_pixels(ctx, texture, detail) -> np.ndarray:
+    """Return the screen, (H, W, 3) bytes, with a picture over all of it."""
+    out = ctx.texture(SIZE, 4)
+    target = ctx.framebuffer([out])
+    texture.sampling = Sampling.LINEAR
+    place = PlacedPicture(
+        texture, (0.0, 0.0), (192.0, 128.0), Box(0, 0, *SIZE), detail is None, True, detail
+    )
+    PicturePass(ctx).run([place], target, SIZE)
+    return np.frombuffer(target.read(components=3), np.uint8).reshape(*SIZE[::-1], 3).astype(int)
+
+
+@pytest.mark.parametrize("enlarges", [False, True])
+def test_preview_of_a_plate_in_focus_shows_the_plate(ctx, renderer, rng, enlarges):
+    color = rng.uniform(0.1, 0.9, (*SIZE[::-1], 3)).astype(np.float32)
+    renderer.load(plate_of(color, np.full(SIZE[::-1], FAR_M, np.float32)))
+    lens = replace(lens_blurring(1.0, SIZE[0]), focus_distance_m=FAR_M, f_stop=64.0)
+    screen, view = ScreenPictures(ctx), ViewState()
+    shot, level = Shot(lens), cheaper_levels(DefocusSettings())[-1]
+    plate = screen_pixels(ctx, screen.b(renderer.loaded.color, renderer.loaded, view), None)
+    picture = run_all_steps(renderer.steps(replace(shot, defocus=level), enlarges=enlarges))
+    shown = ShownPicture(picture, shot, 0, level, 0.0)
+    for _ in range(2):  # a plate that is new has no detail yet
+        detail = screen.detail(shown, renderer.loaded, view)
+    preview = screen.a(shown, 0, renderer.loaded, view, renderer.loaded.color)
+    assert detail is not None and detail.coarse.size == preview.size == picture.size
+    error = np.abs(screen_pixels(ctx, preview, detail) - plate)
+    assert error.mean() < 1.0
