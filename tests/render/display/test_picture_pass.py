@@ -24,6 +24,12 @@ def texture_of(ctx: Device, pixels: np.ndarray) -> Texture:
     return texture
 
 
+def placed_picture(
+    texture: Texture, first=(0, 0), last=SCREEN, clip=ALL, is_nearest=True, **options
+) -> PlacedPicture:
+    return PlacedPicture(texture, first, last, clip, is_nearest, **{"is_opaque": True} | options)
+
+
 def paint(ctx: Device, pictures: PicturePass, *placed: PlacedPicture, size=SCREEN) -> np.ndarray:
     """Return (H, W, 4) bytes drawn over a screen of (10, 20, 30, 255), top row first."""
     texture = ctx.texture(size, 4)
@@ -47,14 +53,7 @@ def noise(rng: np.random.Generator, height: int, width: int, alpha: int = 255) -
 def test_nearest_picture_repeats_pixels_at_whole_zoom(ctx, pictures, rng, zoom):
     pixels = noise(rng, 7, 9)
     last = 4 + 9 * zoom, 3 + 7 * zoom
-    placed = PlacedPicture(
-        texture=texture_of(ctx, pixels),
-        first=(4, 3),
-        last=last,
-        clip=ALL,
-        is_nearest=True,
-        is_opaque=True,
-    )
+    placed = placed_picture(texture_of(ctx, pixels), first=(4, 3), last=last)
     found = paint(ctx, pictures, placed)
     expected = pixels.repeat(zoom, axis=0).repeat(zoom, axis=1)
     np.testing.assert_array_equal(found[3 : last[1], 4 : last[0]], expected)
@@ -67,18 +66,7 @@ def test_nearest_picture_samples_nearest_pixels_at_any_zoom(ctx, pictures, rng):
     pixels = noise(rng, 7, 9)
     first, zoom = (-3.3, 2.7), 4.6
     last = first[0] + 9 * zoom, first[1] + 7 * zoom
-    found = paint(
-        ctx,
-        pictures,
-        PlacedPicture(
-            texture=texture_of(ctx, pixels),
-            first=first,
-            last=last,
-            clip=ALL,
-            is_nearest=True,
-            is_opaque=True,
-        ),
-    )
+    found = paint(ctx, pictures, placed_picture(texture_of(ctx, pixels), first=first, last=last))
     x, y = np.arange(SCREEN[0]) + 0.5, np.arange(SCREEN[1]) + 0.5
     column, row = (x - first[0]) / zoom, (y - first[1]) / zoom
     inside = ((row >= 0) & (row < 7))[:, None] & ((column >= 0) & (column < 9))
@@ -92,13 +80,7 @@ def test_picture_is_drawn_inside_clip_only(ctx, pictures, rng):
     pixels = noise(rng, 40, 64)
     texture = texture_of(ctx, pixels)
     clip = Box(5, 9, 31, 33)
-    found = paint(
-        ctx,
-        pictures,
-        PlacedPicture(
-            texture=texture, first=(0, 0), last=SCREEN, clip=clip, is_nearest=True, is_opaque=True
-        ),
-    )
+    found = paint(ctx, pictures, placed_picture(texture, clip=clip))
     expected = np.full_like(pixels, (10, 20, 30, 255))
     expected[9:33, 5:31] = pixels[9:33, 5:31]
     np.testing.assert_array_equal(found, expected)
@@ -107,13 +89,7 @@ def test_picture_is_drawn_inside_clip_only(ctx, pictures, rng):
 @pytest.mark.parametrize("clip", [Box(5, 5, 5, 20), Box(20, 5, 10, 20), Box(0, 30, 64, 10)])
 def test_picture_with_empty_clip_draws_nothing(ctx, pictures, rng, clip):
     texture = texture_of(ctx, noise(rng, 40, 64))
-    found = paint(
-        ctx,
-        pictures,
-        PlacedPicture(
-            texture=texture, first=(0, 0), last=SCREEN, clip=clip, is_nearest=True, is_opaque=True
-        ),
-    )
+    found = paint(ctx, pictures, placed_picture(texture, clip=clip))
     assert np.all(found == (10, 20, 30, 255))
 
 
@@ -123,22 +99,8 @@ def test_later_picture_is_composited_by_alpha_on_opaque_screen(ctx, pictures, rn
     screen = paint(
         ctx,
         pictures,
-        PlacedPicture(
-            texture=texture_of(ctx, below),
-            first=(0, 0),
-            last=SCREEN,
-            clip=ALL,
-            is_nearest=True,
-            is_opaque=True,
-        ),
-        PlacedPicture(
-            texture=texture_of(ctx, above),
-            first=(0, 0),
-            last=SCREEN,
-            clip=ALL,
-            is_nearest=True,
-            is_opaque=False,
-        ),
+        placed_picture(texture_of(ctx, below)),
+        placed_picture(texture_of(ctx, above), is_opaque=False),
     )
     alpha = above[..., 3:] / 255
     expected = below[..., :3] * (1 - alpha) + above[..., :3] * alpha
@@ -148,18 +110,7 @@ def test_later_picture_is_composited_by_alpha_on_opaque_screen(ctx, pictures, rn
 
 def test_opaque_picture_ignores_alpha(ctx, pictures, rng):
     pixels = noise(rng, 40, 64, alpha=0)
-    found = paint(
-        ctx,
-        pictures,
-        PlacedPicture(
-            texture=texture_of(ctx, pixels),
-            first=(0, 0),
-            last=SCREEN,
-            clip=ALL,
-            is_nearest=True,
-            is_opaque=True,
-        ),
-    )
+    found = paint(ctx, pictures, placed_picture(texture_of(ctx, pixels)))
     np.testing.assert_array_equal(found[..., :3], pixels[..., :3])
 
 
@@ -169,13 +120,7 @@ def test_mipmapped_picture_drawn_small_is_mean_of_pixels(ctx, pictures, rng):
     texture = texture_of(ctx, pixels)
     texture.build_mipmaps()
     texture.sampling = Sampling.MIPMAPPED
-    found = paint(
-        ctx,
-        pictures,
-        PlacedPicture(
-            texture=texture, first=(0, 0), last=SCREEN, clip=ALL, is_nearest=False, is_opaque=True
-        ),
-    )
+    found = paint(ctx, pictures, placed_picture(texture, is_nearest=False))
     means = pixels[..., :3].reshape(40, 8, 64, 8, 3).mean(axis=(1, 3))
     assert abs(found[..., :3] - means).max() <= 4  # three halvings, each of them rounded
 
@@ -185,13 +130,7 @@ def test_linear_picture_interpolates_pixels(ctx, pictures):
     pixels[0, 0, :3] = 0
     texture = texture_of(ctx, pixels)
     texture.sampling = Sampling.LINEAR
-    found = paint(
-        ctx,
-        pictures,
-        PlacedPicture(
-            texture=texture, first=(0, 0), last=SCREEN, clip=ALL, is_nearest=False, is_opaque=True
-        ),
-    )
+    found = paint(ctx, pictures, placed_picture(texture, is_nearest=False))
     x = (np.arange(64) + 0.5) / 32 - 0.5
     np.testing.assert_allclose(found[0, :, 0], 255 * np.clip(x, 0, 1), atol=1)
 
@@ -201,18 +140,7 @@ def test_picture_much_larger_than_screen_keeps_its_pixels(ctx, pictures, rng):
     zoom, column = 256.0, 8000
     first = (32 - zoom * (column + 0.5), 20 - zoom * 30.5)
     last = first[0] + zoom * 8192, first[1] + zoom * 60
-    found = paint(
-        ctx,
-        pictures,
-        PlacedPicture(
-            texture=texture_of(ctx, pixels),
-            first=first,
-            last=last,
-            clip=ALL,
-            is_nearest=True,
-            is_opaque=True,
-        ),
-    )
+    found = paint(ctx, pictures, placed_picture(texture_of(ctx, pixels), first=first, last=last))
     assert np.all(found[20, 20:44] == pixels[30, column])
 
 
@@ -235,15 +163,7 @@ def test_preview_gets_detail_of_plate_where_in_focus(ctx, pictures, rng, line):
     for texture in textures:
         texture.sampling = Sampling.NEAREST
     detail = Detail(textures[0], textures[1], texture_of_depths(ctx, depth), line, texel_px=3.0)
-    placed = PlacedPicture(
-        texture=textures[2],
-        first=(0, 0),
-        last=SCREEN,
-        clip=ALL,
-        is_nearest=False,
-        is_opaque=True,
-        detail=detail,
-    )
+    placed = placed_picture(textures[2], is_nearest=False, detail=detail)
     found = paint(ctx, pictures, placed)[..., :3].astype(float)
     t = np.clip(np.abs(coc) / 3.0 - 0.5, 0, 1)
     share = (1 - t * t * (3 - 2 * t))[..., None]

@@ -32,6 +32,9 @@ DONE_SIDE, BUSY_SIDE = (
     SideState(is_finished=True, has_work=False, wait_s=0.0),
     SideState(is_finished=False, has_work=True, wait_s=0.0),
 )
+DONE = WorkState(
+    plays_rendered=False, plate=WHOLE_PLATE, sides=(DONE_SIDE,), turn_index=0, frames_wait_s=None
+)
 
 
 @given(STATES)
@@ -77,49 +80,16 @@ def test_next_work_picks_side_by_turn_when_both_have_work(state):
 @given(st.integers(0, 1))
 def test_next_work_picks_the_other_side_when_one_is_done(turn):
     for sides, expected in (((BUSY_SIDE, DONE_SIDE), 0), ((DONE_SIDE, BUSY_SIDE), 1)):
-        assert (
-            next_work(
-                WorkState(
-                    plays_rendered=False,
-                    plate=WHOLE_PLATE,
-                    sides=sides,
-                    turn_index=turn,
-                    frames_wait_s=None,
-                )
-            ).side
-            == expected
-        )
+        assert next_work(replace(DONE, sides=sides, turn_index=turn)).side == expected
 
 
 def test_next_work_is_nothing_when_everything_is_done():
-    assert next_work(
-        WorkState(
-            plays_rendered=False,
-            plate=WHOLE_PLATE,
-            sides=(DONE_SIDE,),
-            turn_index=0,
-            frames_wait_s=None,
-        )
-    ) == NextWork(Work.NOTHING, None)
-    assert next_work(
-        WorkState(
-            plays_rendered=False,
-            plate=WHOLE_PLATE,
-            sides=(DONE_SIDE,),
-            turn_index=0,
-            frames_wait_s=0.3,
-        )
-    ) == NextWork(Work.FRAMES, 0.3)
+    assert next_work(DONE) == NextWork(Work.NOTHING, None)
+    assert next_work(replace(DONE, frames_wait_s=0.3)) == NextWork(Work.FRAMES, 0.3)
 
 
 def test_next_work_waits_for_a_plate_not_requested_yet():
     unrequested = replace(WHOLE_PLATE, is_requested=False)
-    assert next_work(
-        WorkState(
-            plays_rendered=False,
-            plate=unrequested,
-            sides=(DONE_SIDE,),
-            turn_index=0,
-            frames_wait_s=0.0,
-        )
-    ) == NextWork(Work.PLATE, None)
+    assert next_work(replace(DONE, plate=unrequested, frames_wait_s=0.0)) == NextWork(
+        Work.PLATE, None
+    )
