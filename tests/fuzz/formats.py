@@ -319,8 +319,7 @@ FORMATS = {
     "stl": Format(_beside("a.stl", STL), lambda path: _meshes(read_scene(path))),
     "usd": Format(_stage, lambda path: _meshes(usd_scene(str(path)))),
     "usd-camera": Format(
-        _usd_cameras,
-        lambda path: _numbers(usd_camera(str(path)).focal_length_mm or ()),
+        _usd_cameras, lambda path: _numbers(usd_camera(str(path)).focal_length_mm or ())
     ),
     "camera-json": Format(
         _camera(".json"), lambda path: _numbers(read_json_camera(path).focal_length_mm or ())

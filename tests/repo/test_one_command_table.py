@@ -139,5 +139,5 @@ def test_sample_files_with_a_table_are_detected():
     assert set(texts_of_python(module)) == {"Undo", "Ctrl+Z", " Redo"}
     assert set(texts_of_page(page)) == {"Ctrl+Z", "Undo", "Shift+L keeps", "Fit"}
     assert re.findall(_CHORD, "Ctrl+Shift+click, Shift+M pulls, Ctrl++, Ctrl+F11") == [
-        *("Shift+M", "Ctrl++", "Ctrl+F11"),
+        *("Shift+M", "Ctrl++", "Ctrl+F11")
     ]

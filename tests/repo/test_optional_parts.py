@@ -44,9 +44,7 @@ NO_PARTS = {
     "test": "for developers",
 }
 # Modules that may catch an ImportError, with what they import.
-MAY_CATCH = {
-    "core/base/extras.py": "all packages that may be missing",
-}
+MAY_CATCH = {"core/base/extras.py": "all packages that may be missing"}
 MODULES = [module for part in EXTRAS for module in part.packages.values()]
 OF_MODULE = {module: part for part in EXTRAS for module in part.packages.values()}
 

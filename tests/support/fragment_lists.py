@@ -3,13 +3,7 @@
 from heatlens.media.plate.fragments import FragmentLists, pack_starts, pack_words
 
 
-def packed_lists(
-    counts,
-    has_front,
-    rgba,
-    depth_m,
-    is_measured=False,
-):
+def packed_lists(counts, has_front, rgba, depth_m, is_measured=False):
     """Pack the fragments of all pixels, each pixel's near to far.
 
     `counts` and `has_front` are (H * W,); `rgba` (N, 4), straight colour and coverage, and

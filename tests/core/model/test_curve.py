@@ -87,8 +87,7 @@ def test_smooth_segment_after_hold_starts_with_zero_slope(part):
 
 
 @pytest.mark.parametrize(
-    ("scale", "middle"),
-    [(Scale.LINEAR, 5.0), (Scale.RECIPROCAL, 3.2), (Scale.LOGARITHMIC, 4.0)],
+    ("scale", "middle"), [(Scale.LINEAR, 5.0), (Scale.RECIPROCAL, 3.2), (Scale.LOGARITHMIC, 4.0)]
 )
 def test_curve_value_halfway_is_mean_on_its_scale(scale, middle):
     for interpolation in (LINEAR, SMOOTH, BEZIER):

@@ -13,12 +13,7 @@ from heatlens.core.model.curves.frames import FrameRange, parse_frame_range
 from heatlens.core.model.curves.interpolation import Scale
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import free_letter
-from heatlens.core.model.marks.marks import (
-    DistanceMark,
-    MatteMark,
-    PointMark,
-    distance_at_m,
-)
+from heatlens.core.model.marks.marks import DistanceMark, MatteMark, PointMark, distance_at_m
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import frames_too_close, pull
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings

@@ -156,13 +156,7 @@ def test_edit_out_refers_to_exported_frames(tmp_path, reel):
     assert edit.gaps == ((1, 1),)
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ((), "{shot}"),
-        (("--frames", "3"), "--frames"),
-    ],
-)
+@pytest.mark.parametrize(("words", "message"), [((), "{shot}"), (("--frames", "3"), "--frames")])
 def test_reel_export_refuses_options_for_single_shot(tmp_path, reel, capsys, words, message):
     out = tmp_path / ("o.####.exr" if not words else "{shot}.####.exr")
     assert message in refused_export_message(capsys, reel, out, *words)

@@ -87,12 +87,7 @@ def write_mixed_shot(tmp_path):
 
 
 def test_export_warns_once_of_frames_in_other_unit(write_mixed_shot, tmp_path, capsys):
-    words = [
-        "export",
-        str(write_mixed_shot(False)),
-        "-o",
-        str(tmp_path / "o" / "n.####.exr"),
-    ]
+    words = ["export", str(write_mixed_shot(False)), "-o", str(tmp_path / "o" / "n.####.exr")]
     assert main([*words, "--frames", "1002-1005", "--progress", "json"]) == 0
     end = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert end["event"] == "end" and end["written"] == 4

@@ -56,8 +56,7 @@ def many_frames_shot(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("output", "fetch"),
-    [("n.####.exr", ()), ("n.####.png", ("--fetch",)), ("m.mov", ("--fetch",))],
+    ("output", "fetch"), [("n.####.exr", ()), ("n.####.png", ("--fetch",)), ("m.mov", ("--fetch",))]
 )
 def test_cluster_export_equals_export_of_one_machine(
     capsys, shot_file, tmp_path, cluster, output, fetch

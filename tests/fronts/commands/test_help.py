@@ -2,12 +2,7 @@
 
 import pytest
 
-from heatlens.core.base.manual_search import (
-    Passage,
-    best_passages,
-    manual_passages,
-    passages_of,
-)
+from heatlens.core.base.manual_search import Passage, best_passages, manual_passages, passages_of
 from heatlens.fronts.commands.main import main
 
 PROBES = {

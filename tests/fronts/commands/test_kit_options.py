@@ -64,7 +64,7 @@ def test_breathe_option_uses_breathing_of_kit_or_given_ratio(make_shot):
 
 def test_lens_kit_option_rejects_focus_nearer_than_close_focus(make_shot):
     code, message = make_shot(
-        *("--lens-kit", "modern-primes:135", "--f-stop", "2", "--focus-distance", "1"),
+        *("--lens-kit", "modern-primes:135", "--f-stop", "2", "--focus-distance", "1")
     )
     assert code == 2
     assert "1.3 m, not from 1" in message

@@ -54,8 +54,7 @@ def test_missing_or_black_aperture_image_is_refused(capsys, plate, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "words",
-    [("--method", "gather"), ("--bokeh", "disc"), ("--views", "66"), ("--proxy", "0.5")],
+    "words", [("--method", "gather"), ("--bokeh", "disc"), ("--views", "66"), ("--proxy", "0.5")]
 )
 @pytest.mark.parametrize("command", ["render", "export"])
 def test_blur_options_are_refused_with_pinhole(capsys, tmp_path, command, words):

@@ -87,12 +87,7 @@ def test_number_parsers_read_full_width_digits_and_units(capsys):
         parse_number("２．５"),
         parse_f_number("f ƒ/1.4"),
         parse_f_number("ｆ／２"),
-    ) == (
-        12,
-        2.5,
-        1.4,
-        2,
-    )
+    ) == (12, 2.5, 1.4, 2)
     assert parse_millimeters("5cm") == 50.0
     with pytest.raises(argparse.ArgumentTypeError, match="Did you mean 50mm"):
         parse_millimeters("50m")

@@ -83,10 +83,7 @@ def test_shoot_table_focus_without_unit_is_meters_or_given_unit(tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "word"),
-    [
-        ("Focal Length,Aperture\n", "no rows"),
-        ("a,b\n1,2\n", "no row has a value of the lens"),
-    ],
+    [("Focal Length,Aperture\n", "no rows"), ("a,b\n1,2\n", "no row has a value of the lens")],
 )
 def test_read_shoot_table_without_lens_values_raises_error_with_file_name(tmp_path, text, word):
     with pytest.raises(InputError, match=word) as error:

@@ -52,10 +52,7 @@ def write_frame_line_list(path, *decisions, squeeze=1.0, width=4000, height=2000
     return path
 
 
-KEPT = {
-    "protection_dimensions": size(3800, 1800),
-    "protection_anchor_point": point(100, 100),
-}
+KEPT = {"protection_dimensions": size(3800, 1800), "protection_anchor_point": point(100, 100)}
 
 
 def test_read_canvases_gives_frame_and_protection_as_fractions(tmp_path):

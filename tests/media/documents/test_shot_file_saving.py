@@ -6,12 +6,7 @@ import pytest
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.documents.shot_file import (
-    autosave_path,
-    read_shot,
-    write_autosave,
-    write_shot,
-)
+from heatlens.media.documents.shot_file import autosave_path, read_shot, write_autosave, write_shot
 from support.shot_files import FIFTY, FULL, write_shot_in
 
 

@@ -48,8 +48,7 @@ def test_channel_map_value_stays_between_its_ends(told, ring, at_low, at_high, b
 
 
 @pytest.mark.parametrize(
-    "values",
-    [{"low": 1.0, "high": 1.0}, {"bend": 9.0}, {"at_low": 0.0}, {"at_low": -1.0}],
+    "values", [{"low": 1.0, "high": 1.0}, {"bend": 9.0}, {"at_low": 0.0}, {"at_low": -1.0}]
 )
 def test_channel_map_rejects_impossible_values(values):
     with pytest.raises(InputError):

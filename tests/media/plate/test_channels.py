@@ -44,10 +44,7 @@ LAYOUTS = [
         [header(*BLENDER, "ViewLayer.Depth.V")],
         ("ViewLayer.Combined.R", "ViewLayer.Combined.A", "ViewLayer.Depth.V"),
     ),
-    (
-        [header("zdepth.R", "zdepth.G", "zdepth.B", "R", "G", "B")],
-        ("R", None, "zdepth.R"),
-    ),
+    ([header("zdepth.R", "zdepth.G", "zdepth.B", "R", "G", "B")], ("R", None, "zdepth.R")),
     (
         [
             header("R", "G", "B", part="albedo"),
@@ -56,10 +53,7 @@ LAYOUTS = [
         ],
         ("beauty.R", "beauty.A", "depth.Z"),
     ),
-    (
-        [header("C.R", "C.G", "C.B", part="C"), header("Pz", part="Pz")],
-        ("C.R", None, "Pz.Pz"),
-    ),
+    ([header("C.R", "C.G", "C.B", part="C"), header("Pz", part="Pz")], ("C.R", None, "Pz.Pz")),
     ([header("R", "G", "B", "Z", "right.R", "right.G", "right.B", "right.Z")], ("R", None, "Z")),
     ([header("R", "G", "B", "disparity")], ("R", None, "disparity")),
 ]

@@ -102,13 +102,7 @@ def test_render_keep_channels_places_part_by_its_window(tmp_path, capsys):
         (("-o", "o.png", "--keep-channels", "all"), "for EXR"),
         (("-o", "o.png", "--compression", "zip"), "for EXR"),
         (("-o", "o.exr", "--keep-channels", "all", "--proxy", "0.5"), "leave --proxy out"),
-        (
-            (
-                "-o",
-                "o.gif",
-            ),
-            "must end in .exr, .png",
-        ),
+        (("-o", "o.gif"), "must end in .exr, .png"),
     ],
 )
 def test_render_rejects_impossible_keep_channels(

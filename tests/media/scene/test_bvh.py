@@ -66,9 +66,7 @@ def test_bvh_has_every_item_in_one_leaf_inside_its_box(
 
 
 @pytest.mark.parametrize("growth", [0.0, 1.0, 1.6])
-def test_bvh_stays_shallow_over_geometrically_spaced_items(
-    growth: float,
-) -> None:
+def test_bvh_stays_shallow_over_geometrically_spaced_items(growth: float) -> None:
     """Each step is `growth` times the one before: all but one item fall into the first bin."""
     steps = np.cumprod(np.full(150, growth)) if growth else np.zeros(150)
     low = np.stack([steps, steps * 0, steps * 0], axis=1).astype(np.float32)
@@ -91,9 +89,7 @@ def triangles_met(nodes: NDArray[np.void], root: int, ray: Ray) -> list[int]:
     return found
 
 
-def test_bvh_ray_hits_equal_hits_among_all_triangles(
-    rng: np.random.Generator,
-) -> None:
+def test_bvh_ray_hits_equal_hits_among_all_triangles(rng: np.random.Generator) -> None:
     """The second of two meshes is tested, so that offsets of the first are covered."""
     meshes = random_triangles(rng, 7), random_triangles(rng, 900)
     trees = build_mesh_trees(meshes)

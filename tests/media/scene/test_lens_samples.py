@@ -33,10 +33,7 @@ def test_lens_samples_lie_on_lens_and_in_pixel(
 @given(seeds, st.integers(0, 200), st.integers(0, 200))
 def test_lens_samples_prefix_does_not_change(seed: int, first: int, more: int) -> None:
     all_samples = lens_samples(0, first + more, TALL, seed)
-    parts = (
-        lens_samples(0, first, TALL, seed),
-        lens_samples(first, first + more, TALL, seed),
-    )
+    parts = (lens_samples(0, first, TALL, seed), lens_samples(first, first + more, TALL, seed))
     for all_of_it, *pieces in zip(all_samples, *parts, strict=True):
         np.testing.assert_array_equal(all_of_it, np.concatenate(pieces))
 

@@ -58,11 +58,7 @@ def test_gltf_mesh_without_normal_map_has_no_tangents(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("tangents", "message_part"),
-    [
-        (TOLD[:3], "3 of TANGENT"),
-        (TOLD[:, :3].copy(), "VEC3"),
-    ],
+    ("tangents", "message_part"), [(TOLD[:3], "3 of TANGENT"), (TOLD[:, :3].copy(), "VEC3")]
 )
 def test_gltf_invalid_tangents_are_rejected(tmp_path, tangents, message_part):
     with pytest.raises(InputError, match=message_part):

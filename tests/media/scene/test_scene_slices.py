@@ -136,8 +136,7 @@ def test_undo_during_a_frame_draws_few_bands_between_inputs(scene_gui, work, mon
 
 
 @pytest.mark.parametrize(
-    ("method", "most"),
-    [(Method.DIFFUSION, MOST_BANDS), (Method.ACCUMULATION, MOST_VIEWS_BANDS)],
+    ("method", "most"), [(Method.DIFFUSION, MOST_BANDS), (Method.ACCUMULATION, MOST_VIEWS_BANDS)]
 )
 def test_whole_image_is_drawn_in_small_steps(scene_gui, work, method, most):
     gui = scene_gui

@@ -25,11 +25,7 @@ def solver(ctx: Device, request: pytest.FixtureRequest) -> LineSolver:
 
 
 def fill_coc(
-    ctx: Device,
-    solver: LineSolver,
-    diameter: FloatArray,
-    known: FloatArray,
-    cut: LayerCut,
+    ctx: Device, solver: LineSolver, diameter: FloatArray, known: FloatArray, cut: LayerCut
 ) -> FloatArray:
     """Return the filled coc of a layer; `diameter` (H, W) in px, `known` its share known, 0..1."""
     size = diameter.shape[1::-1]

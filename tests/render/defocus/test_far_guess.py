@@ -22,8 +22,7 @@ COC_PX = 60.0  # of the wall; 18 of the card
 
 def wall(light: float) -> Plate:
     return plate_of(
-        np.full((HEIGHT, WIDTH, 3), light, np.float32),
-        np.full((HEIGHT, WIDTH), FAR_M, np.float32),
+        np.full((HEIGHT, WIDTH, 3), light, np.float32), np.full((HEIGHT, WIDTH), FAR_M, np.float32)
     )
 
 

@@ -54,11 +54,7 @@ class RenderedLamps:
     """The results of the three highlight passes on one picture."""
 
     def __init__(
-        self,
-        ctx: Device,
-        color: FloatArray,
-        coc: FloatArray,
-        disc: DiscShape = ROUND,
+        self, ctx: Device, color: FloatArray, coc: FloatArray, disc: DiscShape = ROUND
     ) -> None:
         size = coc.shape[::-1]
         self.optics = Optics(None, np.array([coc.min(), coc.max()], np.float64), disc)

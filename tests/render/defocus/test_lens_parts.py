@@ -84,12 +84,7 @@ def test_lens_parts_keep_mean_and_variance_of_shaped_opening(number):
 
 
 @settings(max_examples=40)  # each computes the parts at all places of a picture
-@given(
-    opening_images(),
-    st.sampled_from((0.0, 0.7)),
-    st.floats(-0.9, 0.9),
-    st.sampled_from(PARTS),
-)
+@given(opening_images(), st.sampled_from((0.0, 0.7)), st.floats(-0.9, 0.9), st.sampled_from(PARTS))
 def test_light_of_lens_parts_sums_to_one(image, cat_eye, rim, parts):
     aperture = Aperture(aperture_image=image, cat_eye=cat_eye, rim=rim)
     sub_apertures = lens_parts(disc_of(aperture), SIZE, parts)

@@ -128,8 +128,7 @@ def outside_of_islands(picture: FloatArray) -> FloatArray:
 
 
 @pytest.mark.parametrize(
-    ("name", "storage"),
-    [("heat", "f4"), ("disc_3", "f4"), ("disc_3", PACKED), ("disc_4", PACKED)],
+    ("name", "storage"), [("heat", "f4"), ("disc_3", "f4"), ("disc_3", PACKED), ("disc_4", PACKED)]
 )
 def test_masked_blur_of_island_equals_blur_of_island_alone(
     ctx: Device, solver: LineSolver, plate: Plate, name: str, storage: Storage

@@ -65,12 +65,7 @@ def on_gpu(session_context: Device) -> Iterator[ImageOnGpu]:
 @settings(max_examples=8)
 @given(opening_images(), rotations, st.sampled_from((0.0, 0.6)), st.floats(-1, 1), seeds)
 def test_opening_image_in_glsl_agrees_with_python(
-    on_gpu: ImageOnGpu,
-    image: OpeningImage,
-    rotation: float,
-    cat_eye: float,
-    rim: float,
-    seed: int,
+    on_gpu: ImageOnGpu, image: OpeningImage, rotation: float, cat_eye: float, rim: float, seed: int
 ) -> None:
     """Compare coverage, light and points for discs of either sign and radii of 0.5 to 300 px."""
     rng = np.random.default_rng(seed)

@@ -20,11 +20,7 @@ from heatlens.render.gpu.device import Device
 
 @pytest.mark.parametrize(
     ("quality", "disc", "steps"),
-    [
-        (Quality.DRAFT, "disc_2", 2),
-        (Quality.PREVIEW, "disc_3", 3),
-        (Quality.FILM, "disc_4", 5),
-    ],
+    [(Quality.DRAFT, "disc_2", 2), (Quality.PREVIEW, "disc_3", 3), (Quality.FILM, "disc_4", 5)],
 )
 def test_kernel_for_quality_has_its_poles_and_steps(quality, disc, steps):
     def kernel(bokeh, **more):

@@ -19,10 +19,7 @@ UNMIXED, FAR_EDGE, NEAR_EDGE = 0.0, 1.0, 2.0
 
 
 def split_fragments(
-    ctx: Device,
-    color: FloatArray,
-    coc: FloatArray,
-    lists: ListedFragments | None = None,
+    ctx: Device, color: FloatArray, coc: FloatArray, lists: ListedFragments | None = None
 ) -> dict[str, FloatArray]:
     size = coc.shape[::-1]
     color_tx, coc_tx = new_texture(ctx, size, 4), new_texture(ctx, size, 1)

@@ -117,10 +117,7 @@ def test_scene_on_gpu_draws_each_frame_once(ctx, path):
         first = run_all_steps(scene_on_gpu.pinhole_steps(shot, 1, None))
         assert run_all_steps(
             scene_on_gpu.pinhole_steps(shot, 1, None)
-        ) is first and first.color.size == (
-            48,
-            32,
-        )
+        ) is first and first.color.size == (48, 32)
         later_pinhole = run_all_steps(scene_on_gpu.pinhole_steps(shot, 20, None))
         assert later_pinhole is not first and np.nanmin(later_pinhole.plate.depth_m) > 0.0
         for method in Method:

@@ -83,9 +83,7 @@ def test_plan_export_refuses_to_overwrite_its_depth_file(tmp_path):
     room_file(tmp_path / "rgb.exr", 8, 6)
     depth = room_file(tmp_path / "depth.exr", 8, 6)
     shot = Shot(
-        LENS,
-        source=str(tmp_path / "rgb.exr"),
-        plate_options=PlateOptions(depth_source=str(depth)),
+        LENS, source=str(tmp_path / "rgb.exr"), plate_options=PlateOptions(depth_source=str(depth))
     )
     plan_export(ExportJob(shot, frames=(1,), output=parse_output(tmp_path / "out.exr")))
     with pytest.raises(InputError, match=r"depth\.exr is an input of this export"):

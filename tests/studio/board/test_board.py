@@ -10,16 +10,7 @@ from hypothesis import strategies as st
 from heatlens.core.model.shot.settings import Quality
 from heatlens.core.model.view.view import Compare
 from heatlens.studio.board.board import REQUESTS, Board
-from heatlens.studio.board.requests import (
-    Focus,
-    FocusAt,
-    Go,
-    MarkAt,
-    Open,
-    Pull,
-    Save,
-    TakeLook,
-)
+from heatlens.studio.board.requests import Focus, FocusAt, Go, MarkAt, Open, Pull, Save, TakeLook
 from support.evening import FIRST, begin_session, run_loop_once, run_until_settled, write_plates
 
 

@@ -185,11 +185,7 @@ def test_cached_frames_play_alone_only_without_overlay_and_comparison(session, p
     session.time.timeline.play(1)
     assert pull.plays_cached_frames
     view = session.pictures.commands
-    for change in (
-        {"overlay": "zones"},
-        {"compare": Compare.WIPE},
-        {"depth_of_field": False},
-    ):
+    for change in ({"overlay": "zones"}, {"compare": Compare.WIPE}, {"depth_of_field": False}):
         before = {name: getattr(session.facts.view, name) for name in change}
         view.change(**change)
         assert not pull.plays_cached_frames

@@ -182,10 +182,7 @@ def test_command_line_plate_options_override_remembered_ones(tmp_path):
     for given_options, expected in (
         (PlateOptions(), PlateOptions(scene_unit_m=0.5)),
         (PlateOptions(scene_unit_m=2.0), PlateOptions(scene_unit_m=2.0)),
-        (
-            PlateOptions(sensor_width_mm=20.0),
-            PlateOptions(scene_unit_m=0.5, sensor_width_mm=20.0),
-        ),
+        (PlateOptions(sensor_width_mm=20.0), PlateOptions(scene_unit_m=0.5, sensor_width_mm=20.0)),
     ):
         session = Session(
             renderer, Start(still, plate_options=given_options), preferences=preferences

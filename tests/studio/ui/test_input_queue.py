@@ -11,15 +11,7 @@ from imgui_bundle import imgui
 from heatlens.core.model.view.view import Compare
 from heatlens.studio.board.user_keys import NAMED_KEYS
 from heatlens.studio.ui.devices import imgui_key
-from heatlens.studio.ui.input_queue import (
-    Button,
-    Focus,
-    InputQueue,
-    Motion,
-    Press,
-    Release,
-    Wheel,
-)
+from heatlens.studio.ui.input_queue import Button, Focus, InputQueue, Motion, Press, Release, Wheel
 from heatlens.studio.ui.shortcuts import KEY_NAMES, chord_of, pressed
 
 K = imgui.Key

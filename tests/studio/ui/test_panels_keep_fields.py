@@ -175,12 +175,7 @@ def test_drawing_all_panels_changes_no_field_of_the_shot(gui: Gui):
 def test_drawing_all_panels_changes_no_field_of_the_view(gui: Gui):
     view = gui.session.facts.view
     # Names of the config, and what is B.
-    excluded_fields = (
-        "display",
-        "view",
-        "input_space",
-        "against",
-    )
+    excluded_fields = ("display", "view", "input_space", "against")
     gui.session.pictures.view.state = with_all_fields_other(
         view,
         {"center_px": (40.0, 30.0), "overlay": OVERLAYS[0].name},

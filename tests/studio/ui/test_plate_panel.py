@@ -100,8 +100,7 @@ def test_chosen_depth_channel_is_read_and_the_lens_stays(gui):
 
 
 @pytest.mark.parametrize(
-    ("item", "of"),
-    [("distance", lambda z: z), ("1 / distance", lambda z: 1 / z)],
+    ("item", "of"), [("distance", lambda z: z), ("1 / distance", lambda z: 1 / z)]
 )
 def test_chosen_convention_converts_the_depth(gui, item, of):
     choose(gui, "convention", item)

@@ -8,13 +8,7 @@ from heatlens.render.rendered_frames.screen_work import CachedFrame
 from support.gui import Gui
 from support.sequences import FIRST, LAST, frame_file, sequence_files
 from support.session_files import room_file
-from support.timeline_window import (
-    Clock,
-    current_frame,
-    reset_window,
-    ruler_position,
-    type_into,
-)
+from support.timeline_window import Clock, current_frame, reset_window, ruler_position, type_into
 
 K = imgui.Key
 

@@ -7,13 +7,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.keys.key_choice import (
-    KeyId,
-    all_keys,
-    copy_keys,
-    delete_keys,
-    paste_keys,
-)
+from heatlens.core.model.keys.key_choice import KeyId, all_keys, copy_keys, delete_keys, paste_keys
 from heatlens.core.model.keys.key_rows import CAMERA, ROWS
 from heatlens.core.model.shot.camera_track import CameraTrack, Pose, PoseKey
 from heatlens.core.model.shot.lens_parameter import LensParameter

@@ -107,13 +107,7 @@ def test_f_stop_slider_snaps_to_third_stops(gui):
 
 @pytest.mark.parametrize(
     ("text", "distance_m"),
-    [
-        ("6'3\"", 1.905),
-        ("2.24", 2.24),
-        ("190cm", 1.9),
-        ("inf", math.inf),
-        (" 10 ft ", 10 * FOOT_M),
-    ],
+    [("6'3\"", 1.905), ("2.24", 2.24), ("190cm", 1.9), ("inf", math.inf), (" 10 ft ", 10 * FOOT_M)],
 )
 def test_distance_field_takes_any_unit(gui, text, distance_m):
     type_into(gui, "distance", text)

@@ -203,10 +203,7 @@ def test_compare_with_a_scene_method_is_refused_for_a_plate(gui):
 def test_status_words_name_the_methods_of_a_and_b(gui):
     def status_words() -> str:
         return words(
-            gui.session.facts.view,
-            gui.session.pictures,
-            None,
-            gui.session.pictures.live.output,
+            gui.session.facts.view, gui.session.pictures, None, gui.session.pictures.live.output
         )
 
     assert status_words() == "diffusion"

@@ -120,13 +120,7 @@ def test_zoomed_out_view_shows_pixel_means(gui, other_renderer):
 
 @pytest.mark.parametrize(
     ("key", "overlay"),
-    [
-        (K.z, "zones"),
-        (K.p, "focus plane"),
-        (K.c, "coc"),
-        (K.v, "depth"),
-        (K.l, "layers"),
-    ],
+    [(K.z, "zones"), (K.p, "focus plane"), (K.c, "coc"), (K.v, "depth"), (K.l, "layers")],
 )
 def test_overlay_key_blends_the_overlay_over_the_picture(gui, key, overlay):
     picture = screen_region(gui).astype(float)
