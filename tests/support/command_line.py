@@ -37,6 +37,14 @@ def stderr_of_run(capsys, code: int, *words: object) -> str:
     return " ".join(capsys.readouterr().err.split())
 
 
+def message_of_refusal(capsys, *words: object) -> str:
+    """Run a command that is refused with code 2. Return its one line on stderr."""
+    assert main([str(word) for word in words]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == "" and len(captured.err.splitlines()) == 1
+    return captured.err
+
+
 def render(capsys, plate, out, *words: object) -> str:
     """Run `heatlens render`, which must succeed and print only `out`. Return its stderr."""
     assert main(["render", str(plate), "-o", str(out), *map(str, words)]) == 0

@@ -79,6 +79,14 @@ def run_until(session: Session, condition: Callable[[], bool], label: str) -> No
         time.sleep(pause_s)
 
 
+def wait_for_all_frames(session: Session, count: int) -> None:
+    """Run the session until `count` frames are rendered ahead and stored."""
+    ahead = session.time.frames_ahead
+    run_until(session, lambda: len(ahead.progress.rendered_frames) == count, f"{count} frames")
+    ahead.store.wait()
+    run_loop_once(session)
+
+
 def run_loop_once(session: Session) -> None:
     """Make one turn of the loop, as the window does."""
     turn = LoopTurn(session)

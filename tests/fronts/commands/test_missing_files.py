@@ -4,15 +4,8 @@ import pytest
 
 from heatlens.core.base.paths import unreadable_error
 from heatlens.fronts.commands.main import main
-from support.command_line import CAMERA, channels
+from support.command_line import CAMERA, channels, message_of_refusal
 from support.exr_files import write_file
-
-
-def message_of_refusal(capsys, *words: object) -> str:
-    assert main([str(word) for word in words]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == "" and len(captured.err.splitlines()) == 1
-    return captured.err
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,13 @@ import pytest
 from PIL import Image
 
 from heatlens.fronts.commands.main import main
-from support.command_line import CAMERA, channels, refused_render_message, render
+from support.command_line import (
+    CAMERA,
+    channels,
+    message_of_refusal,
+    refused_render_message,
+    render,
+)
 from support.exports import export_shot
 from support.exports import refused_export_message as refused_export
 from support.exr_files import write_file
@@ -17,14 +23,6 @@ TINY = ("--size", "16x9")
 @pytest.fixture
 def plate(tmp_path):
     return write_file(tmp_path / "plate.exr", channels(), **CAMERA)
-
-
-def message_of_refusal(capsys, *words: object) -> str:
-    """Run a command that is refused with code 2. Return its one line on stderr."""
-    assert main([str(word) for word in words]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == "" and len(captured.err.splitlines()) == 1
-    return captured.err
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ import pytest
 
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.plate.deep.stacked import Surface, stack_surfaces
 from heatlens.media.plate.fragments import FragmentLists
 from heatlens.media.plate.plate import Plate
 from heatlens.render.defocus import reduced_plate
@@ -19,25 +18,14 @@ from heatlens.render.defocus.reduced_plate import (
     proxy_list_capacity,
 )
 from heatlens.render.gpu.textures import download, new_texture, upload
+from support.alpha_plates import Layer, plate_of_layers
 from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, plate_of, room
 
 HEIGHT, WIDTH = 24, 36
-Layer = tuple[Image | float, Image, float]  # straight light, coverage (H, W), metres
 
 
 def everywhere(value: float) -> Image:
     return np.full((HEIGHT, WIDTH), value, np.float32)
-
-
-def plate_with(layers: list[Layer], has_alpha: bool, is_measured: bool = True) -> Plate:
-    surfaces = []
-    for light, cover, depth_m in layers:
-        rgba = np.stack([light * cover] * 3 + [cover], axis=2).astype(np.float32)
-        surface_m = np.where(cover > 0, np.float32(depth_m), np.float32(np.inf))
-        surfaces.append(Surface(rgba, surface_m))
-    stack = stack_surfaces(surfaces, is_measured)
-    plate = plate_of(stack.color, stack.depth_m, has_alpha=has_alpha)
-    return replace(plate, fragments=stack.lists)
 
 
 @pytest.fixture
@@ -95,7 +83,7 @@ def many_surfaces(rng: np.random.Generator) -> list[Layer]:
 
 @pytest.mark.parametrize("proxy", [0.5, 0.25, 0.4])
 def test_proxy_lists_composite_to_mean_color(ctx, passes, rng, proxy):
-    plate = plate_with(many_surfaces(rng), has_alpha=True)
+    plate = plate_of_layers(many_surfaces(rng), has_alpha=True)
     color, _, lists = reduce_plate(ctx, passes, plate, proxy)
     np.testing.assert_allclose(flatten_lists(color, lists), color.reshape(-1, 4), atol=3e-3)
     assert lists.has_front.mean() > 0.9
@@ -106,7 +94,7 @@ def test_proxy_lists_average_coverage_over_footprint(ctx, passes):
     """Put a card over half of each footprint before a wall: both are listed, the card with 0.5."""
     card = everywhere(0.0)
     card[:, 1::2] = 1.0
-    plate = plate_with([(0.8, card, NEAR_M), (0.2, everywhere(1.0), FAR_M)], has_alpha=False)
+    plate = plate_of_layers([(0.8, card, NEAR_M), (0.2, everywhere(1.0), FAR_M)], has_alpha=False)
     _, depth, lists = reduce_plate(ctx, passes, plate, 0.5)
     assert (np.diff(lists.begins) == 2).all() and lists.has_front.all()
     np.testing.assert_allclose(
@@ -121,7 +109,7 @@ def test_proxy_lists_without_coverage_keep_hidden_wall(ctx, passes):
     near = (0.5, everywhere(1.0), NEAR_M)
     twin = (0.5, everywhere(1.0), 1.01 * NEAR_M)  # so close behind that it is the same surface
     layers = [near, twin, (0.3, everywhere(1.0), FAR_M)]
-    plate = plate_with(layers, has_alpha=False, is_measured=False)
+    plate = plate_of_layers(layers, has_alpha=False, is_measured=False)
     _, depth, lists = reduce_plate(ctx, passes, plate, 0.5)
     assert not (lists.starts & 1).any() and (np.diff(lists.begins) == 1).all()
     np.testing.assert_allclose(lists.coverage, 1.0)
@@ -134,7 +122,7 @@ def test_proxy_lists_put_wall_behind_wire_not_room(ctx, passes):
     wire = everywhere(0.0)
     wire[:, 1::2] = 1.0  # where a footprint's depth is sampled
     layers = [(0.5, wire, NEAR_M), (0.3, everywhere(1.0), 3.0), (0.9, everywhere(1.0), FAR_M)]
-    plate = plate_with(layers, has_alpha=False, is_measured=False)
+    plate = plate_of_layers(layers, has_alpha=False, is_measured=False)
     _, depth, lists = reduce_plate(ctx, passes, plate, 0.5)
     assert (depth == np.float32(NEAR_M)).all()
     first = lists.begins[:-1]
@@ -167,7 +155,7 @@ def test_uniform_color_with_lists_stays_uniform(ctx, renderer, rng, proxy):
     covers = rng.random((5, HEIGHT, WIDTH), np.float32) ** 2
     covers[:, ::3, ::2] = 1.0  # hides what is behind it
     layers = [(0.4, covers[k], 1.0 + 0.6 * k) for k in range(5)]
-    plate = plate_with([*layers, (0.4, everywhere(1.0), FAR_M)], has_alpha=False)
+    plate = plate_of_layers([*layers, (0.4, everywhere(1.0), FAR_M)], has_alpha=False)
     picture = render_through_lens(renderer, plate, 8.0, proxy=proxy, bokeh=Bokeh.HEAT)
     np.testing.assert_allclose(picture[..., :3], 0.4, rtol=5e-3)
 
@@ -191,7 +179,7 @@ def test_proxy_pass_keeps_depth_of_small_lamp(ctx, passes):
 
 def test_proxy_lists_summed_in_parts_are_the_same(ctx, passes, rng, monkeypatch):
     layers = [(0.2 + k, (rng.random((HEIGHT, WIDTH)) < 0.5) * 0.6, 2.0 + k) for k in range(3)]
-    plate = plate_with(layers, has_alpha=True)
+    plate = plate_of_layers(layers, has_alpha=True)
     *_, expected = reduce_plate(ctx, passes, plate, 0.7)
     monkeypatch.setattr(reduced_plate, "_PIXELS_PER_SUM", 37)
     *_, lists_in_parts = reduce_plate(ctx, passes, plate, 0.7)

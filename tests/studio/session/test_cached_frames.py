@@ -22,7 +22,7 @@ from heatlens.studio.session.playing import ahead_jobs, frames_ahead
 from heatlens.studio.session.playing.cached_screen import CachedScreen
 from heatlens.studio.settings.preferences import Preferences
 from heatlens.studio.settings.start import Start
-from support.evening import run_loop_once, run_until, run_until_settled
+from support.evening import run_loop_once, run_until, run_until_settled, wait_for_all_frames
 from support.sequences import FIRST, frame_file, sequence_files
 from support.session_files import HEIGHT, QUICK, WIDTH
 from support.tev_peers import wait_until
@@ -51,19 +51,9 @@ def pull(session):
     return session.time.frames_ahead
 
 
-def wait_for_all_frames(session, count=4):
-    run_until(
-        session,
-        lambda: len(session.time.frames_ahead.progress.rendered_frames) == count,
-        f"{count} frames",
-    )
-    session.time.frames_ahead.store.wait()
-    run_loop_once(session)
-
-
 def test_all_played_frames_are_rendered_ahead_as_by_the_renderer(session, pull, renderer, tmp_path):
     assert pull.is_on and not pull.plays_cached_frames
-    wait_for_all_frames(session)
+    wait_for_all_frames(session, 4)
     assert pull.progress.rendered_frames == FRAMES and pull.progress.runs == (
         FrameRange(FIRST, LAST),
     )
@@ -98,7 +88,7 @@ def test_frames_ahead_are_ordered_from_playhead_in_its_direction(session, pull):
 
 
 def test_changed_focus_needs_new_frames_and_undo_restores_kept_ones(session, pull):
-    wait_for_all_frames(session)
+    wait_for_all_frames(session, 4)
     keys = pull.progress.keys
     session.lens.commands.focus(1.3)
     session.editing.settle()
@@ -110,7 +100,7 @@ def test_changed_focus_needs_new_frames_and_undo_restores_kept_ones(session, pul
 
 
 def test_new_focus_key_drops_only_frames_that_it_changes(session, pull):
-    wait_for_all_frames(session)
+    wait_for_all_frames(session, 4)
     focus = session.facts.lens.focus_distance_m
     shot = session.editing.shot
     for frame in (FIRST, FIRST + 1):
@@ -121,7 +111,7 @@ def test_new_focus_key_drops_only_frames_that_it_changes(session, pull):
 
 
 def test_rewritten_plate_file_changes_the_key_of_its_frame(session, pull, tmp_path):
-    wait_for_all_frames(session)
+    wait_for_all_frames(session, 4)
     jobs = pull.jobs
     before = jobs.job_of(FIRST + 1).key
     frame_file(tmp_path, FIRST + 1, owner="another")
@@ -181,7 +171,7 @@ def test_no_frame_is_rendered_ahead_while_playing_busy_or_switched_off(session, 
 
 
 def test_cached_frames_play_alone_only_without_overlay_and_comparison(session, pull):
-    wait_for_all_frames(session)
+    wait_for_all_frames(session, 4)
     session.time.timeline.play(1)
     assert pull.plays_cached_frames
     view = session.pictures.commands
@@ -196,7 +186,7 @@ def test_cached_frames_play_alone_only_without_overlay_and_comparison(session, p
 
 
 def test_cleared_frames_ahead_are_rendered_again(session, pull):
-    wait_for_all_frames(session)
+    wait_for_all_frames(session, 4)
     pull.clear()
     assert not pull.store.known_keys()
     run_until(session, lambda: pull.frames_made == 8, "the same frames")
@@ -261,7 +251,7 @@ def screen(session, pull):
 
 def test_cached_screen_shows_frame_at_playhead_as_rendered(session, pull, screen):
     assert screen.frame_at_playhead() is None  # none is rendered
-    wait_for_all_frames(session)
+    wait_for_all_frames(session, 4)
     session.time.timeline.go_to(FIRST + 1)
     shown = screen.frame_at_playhead()
     assert (shown.frame, shown.shot, shown.is_whole) == (FIRST + 1, session.editing.shot, True)
@@ -281,7 +271,7 @@ def test_cached_screen_shows_frame_at_playhead_as_rendered(session, pull, screen
 
 
 def test_cached_screen_prepares_one_texture_per_frame_at_rest(session, pull, screen):
-    wait_for_all_frames(session)
+    wait_for_all_frames(session, 4)
     run_until(session, lambda: not screen.has_work, "all frames")
     view = session.facts.view
     textures = set()
@@ -302,7 +292,7 @@ def test_cached_screen_prepares_one_texture_per_frame_at_rest(session, pull, scr
 
 def test_cached_screen_prepares_smaller_mipmap_level_when_zoomed_out(session, screen, monkeypatch):
     monkeypatch.setattr(PictureView, "zoom", 0.25)
-    wait_for_all_frames(session)
+    wait_for_all_frames(session, 4)
     run_until(session, lambda: not screen.has_work, "all frames")
     view = session.facts.view.with_transmission(session.editing.lens)
     texture = screen.texture(screen.frame_at_playhead(), view)

@@ -23,7 +23,7 @@ from heatlens.studio.board.session import Session
 from heatlens.studio.settings.preferences import Preferences, PreferenceValues
 from heatlens.studio.settings.start import Start
 from support.dask_cluster import children_of, dask_cluster, wait_for
-from support.evening import run_loop_once, run_until, run_until_settled
+from support.evening import run_loop_once, run_until, run_until_settled, wait_for_all_frames
 from support.sequences import FIRST, sequence_files
 from support.session_files import HEIGHT, QUICK, WIDTH, room_file, scene_shot
 from support.watched_calls import watch_calls
@@ -80,16 +80,10 @@ def find_agreed_scheduler(address):
         return None
 
 
-def wait_for_all_frames(session, count=6):
+def frames_of(session, count=6):
     """Run the session until `count` frames are rendered; return their pixels by frame key."""
     run_loop_once(session)
-    run_until(
-        session,
-        lambda: len(session.time.frames_ahead.progress.rendered_frames) == count,
-        f"{count} frames",
-    )
-    session.time.frames_ahead.store.wait()
-    run_loop_once(session)
+    wait_for_all_frames(session, count)
     pull = session.time.frames_ahead
     return {key: pull.store.memory.get(key).pixels for key in pull.progress.keys}
 
@@ -101,12 +95,12 @@ def wait_for_worker(session):
 
 def test_cluster_frames_equal_frames_rendered_here(begin, cluster, tmp_path):
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    local_frames = wait_for_all_frames(begin(pattern))
+    local_frames = frames_of(begin(pattern))
     session = begin(pattern, cluster.address)
     session.time.frames_ahead._rest_from_s = np.inf  # nothing is rendered before a worker is there
     wait_for_worker(session)
     session.time.frames_ahead._rest_from_s = 0.0
-    cluster_frames = wait_for_all_frames(session)
+    cluster_frames = frames_of(session)
     assert session.time.frames_ahead._filler is None
     assert local_frames.keys() == cluster_frames.keys() and len(local_frames) == len(FRAMES)
     for key, pixels in local_frames.items():
@@ -115,12 +109,12 @@ def test_cluster_frames_equal_frames_rendered_here(begin, cluster, tmp_path):
 
 def test_cluster_renders_same_frames_of_moving_scene(begin, cluster, tmp_path):
     shot = scene_shot(tmp_path / "s.heatlens.json", 48, 27, in_out=FrameRange(2, 5))
-    local_frames, session = wait_for_all_frames(begin(shot), 4), begin(shot, cluster.address)
+    local_frames, session = frames_of(begin(shot), 4), begin(shot, cluster.address)
     session.time.frames_ahead.clear()
     session.time.frames_ahead._rest_from_s = np.inf
     wait_for_worker(session)
     session.time.frames_ahead._rest_from_s = 0.0
-    cluster_frames = wait_for_all_frames(session, 4)
+    cluster_frames = frames_of(session, 4)
     assert local_frames.keys() == cluster_frames.keys()
     assert all(np.array_equal(pixels, cluster_frames[key]) for key, pixels in local_frames.items())
 
@@ -159,7 +153,7 @@ def test_changed_lens_recalls_running_frames_and_stores_none_of_them(
 
 def test_worker_stops_recalled_frame_between_two_steps(begin, renderer, tmp_path):
     session = begin(sequence_files(tmp_path, FIRST, LAST))
-    wait_for_all_frames(session)
+    frames_of(session)
     states = {"frame": SimpleNamespace(state="executing")}
     worker = SimpleNamespace(
         get_current_task=lambda: "frame", state=SimpleNamespace(tasks=states), address="w"
@@ -182,7 +176,7 @@ def test_worker_stops_recalled_frame_between_two_steps(begin, renderer, tmp_path
 @pytest.mark.parametrize("lost", ["worker 0", "scheduler"])
 def test_lost_cluster_leaves_missing_frames_to_this_machine(begin, local_begin, tmp_path, lost):
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    local_frames = wait_for_all_frames(begin(pattern))
+    local_frames = frames_of(begin(pattern))
     session = begin(pattern, local_begin.address)
     wait_for_worker(session)
     local_begin.kill(lost)
@@ -191,14 +185,14 @@ def test_lost_cluster_leaves_missing_frames_to_this_machine(begin, local_begin, 
     run_until(session, lambda: session.messages.text.startswith(expected_start), "the sentence")
     assert session.messages.text.endswith("Frames are rendered on this machine.")
     session.time.frames_ahead.clear()
-    cluster_frames = wait_for_all_frames(session)
+    cluster_frames = frames_of(session)
     assert all(np.array_equal(pixels, cluster_frames[key]) for key, pixels in local_frames.items())
 
 
 @pytest.mark.parametrize("moment", range(3))
 def test_killed_worker_loses_no_frame(begin, local_begin, tmp_path, moment):
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    local_frames = wait_for_all_frames(begin(pattern))
+    local_frames = frames_of(begin(pattern))
     session = begin(pattern, local_begin.address)
     run_until(
         session,
@@ -206,7 +200,7 @@ def test_killed_worker_loses_no_frame(begin, local_begin, tmp_path, moment):
         "some frames",
     )
     local_begin.kill("worker 0")
-    cluster_frames = wait_for_all_frames(session)
+    cluster_frames = frames_of(session)
     assert local_frames.keys() == cluster_frames.keys()
     assert all(np.array_equal(pixels, cluster_frames[key]) for key, pixels in local_frames.items())
 
@@ -217,7 +211,7 @@ def test_missing_scheduler_is_reported_once_and_frames_are_rendered_here(
 ):
     monkeypatch.setattr(connection, "PATIENCE_S", 1)
     session = begin(sequence_files(tmp_path, FIRST, LAST), address)
-    wait_for_all_frames(session)
+    frames_of(session)
     run_until(session, lambda: "No Dask scheduler" in session.messages.text, "the sentence")
     session.messages.clear()
     run_loop_once(session)
@@ -246,7 +240,7 @@ def test_frame_whose_plate_no_worker_can_read_is_rendered_here(
     messages = []
     monkeypatch.setattr(session.time.frames_ahead.cluster, "_notify", messages.append)
     session.time.frames_ahead.clear()
-    wait_for_all_frames(session)
+    frames_of(session)
     assert len(messages) == 1 and "worker tcp://" in messages[0] and f"{FIRST + 2}" in messages[0]
 
 
@@ -255,7 +249,7 @@ def test_workers_with_another_driver_have_frame_keys_of_their_own(
 ):
     """All frames of a shot come from one driver; frames rendered here are not replaced."""
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    local_frames = wait_for_all_frames(begin(pattern))
+    local_frames = frames_of(begin(pattern))
     session = begin(pattern)
     monkeypatch.setattr(
         type(session.time.frames_ahead.jobs), "driver", ("another driver", "4.6", "sweep")
@@ -266,11 +260,11 @@ def test_workers_with_another_driver_have_frame_keys_of_their_own(
     )
     wait_for_worker(session)
     run_until(session, lambda: session.time.frames_ahead.jobs.program, "the program of the worker")
-    cluster_frames = wait_for_all_frames(session)
+    cluster_frames = frames_of(session)
     assert not local_frames.keys() & cluster_frames.keys()
     local_begin.kill("worker 0")
     run_until(session, lambda: not session.time.frames_ahead.jobs.program, "the loss")
-    assert wait_for_all_frames(session).keys() == local_frames.keys()
+    assert frames_of(session).keys() == local_frames.keys()
 
 
 def test_worker_that_dies_with_its_answer_is_not_waited_for(
@@ -293,7 +287,7 @@ def test_worker_that_dies_with_its_answer_is_not_waited_for(
     run_until(
         session, lambda: "No worker" in session.time.frames_ahead.cluster.status_text, "the loss"
     )
-    wait_for_all_frames(session)
+    frames_of(session)
 
 
 @pytest.fixture
@@ -405,7 +399,7 @@ def test_session_loop_never_waits_for_stopped_scheduler(begin, cluster, tmp_path
             session.time.frames_ahead._rest_from_s = 0.0
             run_loop_once(session)
         session.preferences.change(export_place=ExportPlace())
-        wait_for_all_frames(session)
+        frames_of(session)
     finally:
         os.kill(cluster.process("scheduler"), signal.SIGCONT)
 
@@ -446,5 +440,5 @@ def test_answers_of_lying_worker_run_no_code_in_the_window(begin, lying_cluster,
         lambda: "same version" in session.time.frames_ahead.cluster.status_text,
         "the sentence",
     )
-    wait_for_all_frames(session)
+    frames_of(session)
     assert not (tmp_path / f"ran.{os.getpid()}").exists()

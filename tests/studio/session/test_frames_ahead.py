@@ -13,7 +13,7 @@ from heatlens.render.rendered_frames.cached_pictures import to_half
 from heatlens.render.source.opened_plates import OpenedPlates
 from heatlens.studio.board.session import Session
 from heatlens.studio.settings.start import Start
-from support.evening import run_loop_once, run_until, run_until_settled
+from support.evening import run_loop_once, run_until, run_until_settled, wait_for_all_frames
 from support.sequences import FIRST, sequence_files
 from support.session_files import HEIGHT, QUICK, WIDTH, room_file, scene_shot
 
@@ -43,16 +43,6 @@ def session(begin, tmp_path):
     return begin(sequence_files(tmp_path, FIRST, LAST))
 
 
-def wait_for_all_frames(session, count=COUNT):
-    run_until(
-        session,
-        lambda: len(session.time.frames_ahead.progress.rendered_frames) == count,
-        f"{count} frames",
-    )
-    session.time.frames_ahead.store.wait()
-    run_loop_once(session)
-
-
 def test_still_has_frames_ahead_once_it_has_a_pull(begin, tmp_path):
     session = begin(room_file(tmp_path / "room.exr"))
     assert not session.time.frames_ahead.is_on
@@ -79,7 +69,7 @@ def test_frames_ahead_of_moving_scene_equal_direct_renders(begin, tmp_path, rend
 def test_frames_ahead_of_previous_session_are_read_from_disk(begin, tmp_path):
     pattern, folder = sequence_files(tmp_path, FIRST, LAST), tmp_path / "kept"
     first = begin(pattern, frames_folder=folder)
-    wait_for_all_frames(first)
+    wait_for_all_frames(first, COUNT)
     first.close()
     session = begin(pattern, frames_folder=folder)
     run_until(
@@ -98,7 +88,7 @@ def test_frames_ahead_of_previous_session_are_read_from_disk(begin, tmp_path):
 
 def test_drag_computes_only_as_many_frame_keys_as_time_allows(session, monkeypatch):
     """A key takes 3 ms, as for long shots of scenes on a busy machine."""
-    wait_for_all_frames(session)
+    wait_for_all_frames(session, COUNT)
     jobs, clock_s, key_s = session.time.frames_ahead.jobs, [100.0], 0.003
     make_job = jobs._make_job
 
@@ -116,7 +106,7 @@ def test_drag_computes_only_as_many_frame_keys_as_time_allows(session, monkeypat
         lambda: len(session.time.frames_ahead.progress.keys) == COUNT,
         "the keys of all frames",
     )
-    wait_for_all_frames(session)
+    wait_for_all_frames(session, COUNT)
     jobs._jobs.clear()
     before = clock_s[0]
     assert not jobs.make(range(FIRST, LAST + 1), 2.5 * key_s)
@@ -125,7 +115,7 @@ def test_drag_computes_only_as_many_frame_keys_as_time_allows(session, monkeypat
 
 def test_session_loop_lists_no_files_and_keeps_its_frame_order(session, monkeypatch):
     """A shot may have thousands of frames, and their folder may lie in a slow network."""
-    wait_for_all_frames(session)
+    wait_for_all_frames(session, COUNT)
     listing_threads, files_at = set(), OpenedPlates.files_at
 
     def record_thread(opened, frame, missing):

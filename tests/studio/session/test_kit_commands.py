@@ -13,11 +13,6 @@ from support.shared import shared_of
 
 
 @pytest.fixture
-def messages() -> list[str]:
-    return []
-
-
-@pytest.fixture
 def editing(messages) -> Editing:
     return Editing(Shot(Lens(55.0, 1.2, 0.3, 36.0)), messages.append)
 

@@ -25,11 +25,6 @@ LENS = Lens(50.0, 2.0, 3.0, 36.0)
 
 
 @pytest.fixture
-def messages() -> list[str]:
-    return []
-
-
-@pytest.fixture
 def looks(messages) -> LookCommands:
     return LookCommands(
         shared_of(Editing(Shot(LENS), messages.append), messages.append), PictureView()

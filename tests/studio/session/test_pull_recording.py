@@ -9,15 +9,9 @@ from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import RecordingState
 from support.evening import FIRST, LAST
-from support.takes import pull_focus_m, reset_recording, session_with_walls
+from support.takes import pull_focus_m, reset_recording
 
 FOCUS = LensParameter.FOCUS_DISTANCE
-
-
-@pytest.fixture(scope="module")
-def shared_session(tmp_path_factory):
-    with session_with_walls(tmp_path_factory.mktemp("walls")) as session:
-        yield session
 
 
 @pytest.fixture

@@ -36,11 +36,6 @@ class FakeReceiver:
 
 
 @pytest.fixture
-def messages() -> list[str]:
-    return []
-
-
-@pytest.fixture
 def editing(messages) -> Editing:
     return Editing(Shot(Lens(50.0, 2.8, 2.0, 36.0)), messages.append)
 

@@ -9,7 +9,7 @@ from heatlens.media.live.ring.sources import LensSample, RingSources
 from heatlens.studio.session.live.ring_follower import RingFollower
 from heatlens.studio.session.live.ring_recording import RingRecording, place_by_timecode
 from support.evening import FIRST, LAST
-from support.takes import pull_focus_m, reset_recording, session_with_walls
+from support.takes import pull_focus_m, reset_recording
 
 FOCUS, IRIS = LensParameter.FOCUS_DISTANCE, LensParameter.F_STOP
 RATE = 24.0
@@ -59,12 +59,6 @@ class Ring:
 
     def send(self, frame: int, **values: float) -> None:
         self.sources.add_sample(LensSample("A", timecode=timecode_at(frame), **values))
-
-
-@pytest.fixture(scope="module")
-def shared_session(tmp_path_factory):
-    with session_with_walls(tmp_path_factory.mktemp("walls")) as session:
-        yield session
 
 
 @pytest.fixture

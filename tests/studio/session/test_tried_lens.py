@@ -14,11 +14,6 @@ LENS = Lens(50.0, 2.0, 3.0, 36.0)
 
 
 @pytest.fixture
-def messages() -> list[str]:
-    return []
-
-
-@pytest.fixture
 def editing(messages) -> Editing:
     shot = Shot(LENS).with_key(1, FOCUS, 2.0).with_key(11, FOCUS, 4.0)
     editing = Editing(shot, messages.append, is_sequence=lambda: True)
@@ -32,7 +27,7 @@ def test_tried_focus_is_shown_and_changes_no_key(editing, messages):
     editing.edit_lens(replace(editing.lens, focus_distance_m=7.0))
     assert editing.lens.focus_distance_m == 7.0 and editing.trial_parameters == {FOCUS}
     assert editing.seen_shot.lens_at(5).focus_distance_m == 7.0
-    assert editing.shot == before and "K keeps it" in messages[-1]
+    assert editing.shot == before and "Set key keeps it" in messages[-1]
 
 
 def test_tried_focus_is_dropped_at_another_frame(editing):
@@ -75,7 +70,7 @@ def test_first_edit_in_a_sequence_reports_which_frames_it_changes(messages):
     frames.append(2)
     editing.edit_lens(replace(LENS, focus_distance_m=5.0))
     editing.edit_lens(replace(LENS, focus_distance_m=6.0))
-    assert len(messages) == 1 and "same at all frames" in messages[0] and "K" in messages[0]
+    assert len(messages) == 1 and "same at all frames" in messages[0] and "Set key" in messages[0]
     assert messages[0].is_true()
     editing.edit(editing.shot.with_key(1, FOCUS, 2.0))
     assert not messages[0].is_true()  # so that the window shows it no longer
