@@ -98,7 +98,7 @@ def test_choose_color_notes_guessed_layer():
 @pytest.mark.parametrize(
     ("names", "depth", "words"),
     [
-        (["R", "G", "B"], None, r"no depth channel: looked for Z.*has: R, G, B.*--depth-channel"),
+        (["R", "G", "B"], None, r"no depth channel, such as Z.*has: R, G, B.*--depth-channel"),
         (["R", "G", "B", "N.X", "N.Y", "N.Z"], None, "no depth channel"),
         (["R", "G", "B", "Z"], "foo", r"'foo' for --depth-channel; it has: R, G, B, Z"),
         (["Z"], None, "no colour: looked for channels R, G, B"),

@@ -78,9 +78,9 @@ class SequenceCheck:
             (previous / current, "far") if current < previous else (current / previous, "near")
         )
         sentence = (
-            f"The depths are about {factor:.0f} times as {word} as in the frames before, as in "
-            "another unit or convention. Render the frame like the others, or export it by "
-            "itself with its own --scene-unit or --depth-convention."
+            f"The depths are about {factor:.0f} times as {word} as in the frames before. Render "
+            "the frame like the others, or export it by itself with its own --scene-unit or "
+            "--depth-convention."
         )
         return (Remark(f"depths {word}", sentence),)
 

@@ -286,8 +286,8 @@ def _question_of_direction(raw: RawDepth) -> str:
 def _question_of_picture(raw: RawDepth, span: str) -> str:
     """Return a question to the user: what is the convention of the depth in a picture file?"""
     return (
-        f"{raw.label} runs from {span}: is it disparity (white near, as phones, MiDaS and Depth "
-        "Anything write it), a depth of 0 to 1, or distances? Say --depth-convention disparity or "
-        "disparity-inverted (black near), normalized or normalized-inverted (white near), each "
-        "with --near and --far, or distance with --scene-unit."
+        f"{raw.label} runs from {span}: is it disparity, a depth of 0 to 1, or distances? Say "
+        "--depth-convention disparity or disparity-inverted (black near), normalized or "
+        "normalized-inverted (white near), each with --near and --far, or distance with "
+        "--scene-unit."
     )

@@ -294,7 +294,7 @@ def _no_depth_sentence(path: Path, headers: Sequence[Header], view: str) -> str:
     names = join_names(ref.full_name for ref in list_channels(headers))
     of_view = f" of the view {view}" if view else ""
     return (
-        f"{path} has no depth channel{of_view}: looked for Z, depth, depth.Z, zdepth, distance "
-        f"and the like; it has: {names}.{unusable_sentence(headers)} Render the depth into the "
-        "file, or name its channel with --depth-channel or its file with --depth FILE."
+        f"{path} has no depth channel{of_view}, such as Z or depth.Z; it has: {names}."
+        f"{unusable_sentence(headers)} Render the depth into the file, or name its channel with "
+        "--depth-channel or its file with --depth FILE."
     )
