@@ -47,6 +47,10 @@ def test_help_of_command_fits_one_screen(name):
     assert len(page_of(PARSERS[name]).splitlines()) <= most_lines
 
 
+def test_help_of_the_program_fits_one_screen():
+    assert len(build_parser(()).format_help().splitlines()) <= 60
+
+
 @pytest.mark.parametrize("name", PARSERS)
 def test_help_all_lists_every_option(name):
     assert long_options(PARSERS[name]) <= options_in(page_of(PARSERS[name], WHOLE))

@@ -31,9 +31,8 @@ examples:
   heatlens camera shot.heatlens.json -o cam.usda
   heatlens info plate.exr
   heatlens compare out.exr truth.exr --min-psnr 30
-  heatlens study plate.exr --truth truth.exr -o report
-  heatlens bench --bokeh disc --quality preview
   heatlens doctor
+  heatlens help unit of a table             # searches the manual
 
 `heatlens COMMAND --help` explains each command.
 """
@@ -246,8 +245,7 @@ def build_parser(names: Collection[str] = COMMANDS) -> argparse.ArgumentParser:
         install,
         action=_Desktop,
         nargs=0,
-        help="let a double click on a shot or a reel open it here: adds heatlens to the menu and "
-        "the file types of this user",
+        help="add heatlens to the menu and the file types of this user",
     )
     parser.add_argument(uninstall, action=_Desktop, nargs=0, help="undo that")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")

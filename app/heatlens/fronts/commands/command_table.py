@@ -26,24 +26,21 @@ class Command(NamedTuple):
 
 
 COMMANDS = {
-    "view": Command("open the window (also: heatlens plate.exr, or heatlens alone)"),
+    "view": Command("open the window (also: heatlens plate.exr)"),
     "render": Command("render a plate with depth of field"),
     "export": Command("render the frames of a shot to files or a movie"),
-    "shot": Command(
-        "make a shot file with keys and marks, show its contents, write its pull sheet, or keep a "
-        "size"
-    ),
+    "shot": Command("make a shot with keys and marks, show it, write its pull sheet"),
     "reel": Command("make a reel of shots, or follow a changed edit"),
     "camera": Command("write the lens of a shot as a camera for USD, Nuke, Blender and scripts"),
     "info": Command("show the contents of a render or a 3D scene, and how its depth is read"),
     "compare": Command("measure how far a picture is from its truth", "lab"),
     "study": Command("compare every method on one frame, as a page", "lab"),
     "bench": Command("measure how long a frame takes on this machine", "lab"),
-    "serve": Command("share a picture with tablets and browsers, without a window"),
+    "serve": Command("share a picture with tablets and browsers"),
     "help": Command("find options, keys and sections of the manual by words"),
     "kits": Command("list the lens kits"),
     "doctor": Command("check that everything works on this machine"),
-    "report": Command("pack doctor, log and headers for a bug report, to read before sending"),
+    "report": Command("pack doctor, log and headers for a bug report"),
     "addon": Command("write the add-on for Blender as a file to install"),
     "worker": Command("make frames for exports on other machines"),
 }
