@@ -20,6 +20,28 @@ _HEAD = """\
 """
 _OF_EVERY_COMMAND = ("--help", "--help-all", "--quiet", "--verbose", "--run-networks")
 _EVERY_COMMAND = "every command"
+# The pages of the manual that are about the options of each group.
+_PAGES = {
+    "options": ("commands", "deliver"),
+    "lens": ("lens", "opening", "tilt"),
+    "blur": ("quality", "hidden"),
+    "how to read the plate": ("depth", "plates", "photos", "hidden"),
+    "3D scene": ("scenes",),
+    "look": ("colour",),
+    "frames": ("deliver",),
+    "EXR": ("deliver",),
+    "render farm": ("farm",),
+    "reels and edits": ("edit",),
+    "sending live": ("ring",),
+    "over time": ("pull",),
+    "focus that follows": ("pull",),
+    "the shot and its plate": ("programs",),
+    "limits": ("looks",),
+    "difference": ("looks",),
+    "what is compared": ("quality",),
+    "blur of diffusion": ("quality",),
+    "what is measured": ("quality",),
+}
 
 
 def commands_of(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
@@ -72,8 +94,16 @@ def _in_cell(text: str) -> str:
 def _table(title: str, options: dict[tuple[str, str], list[str]]) -> str:
     """Return a group as a section with a table."""
     lines = [f"| {name} | {text} | {', '.join(users)} |" for (name, text), users in options.items()]
-    head = f"\n## {title[:1].upper()}{title[1:]}\n\n| option | what it does | commands |\n"
+    pages = " · ".join(f"[{_title_of(name)}]({name}.md)" for name in _PAGES[title])
+    head = (
+        f"\n## {title[:1].upper()}{title[1:]}\n\n{pages}\n\n| option | what it does | commands |\n"
+    )
     return head + "| --- | --- | --- |\n" + "\n".join(lines) + "\n"
+
+
+def _title_of(name: str) -> str:
+    """Return the title of a page of the manual."""
+    return (PAGE.parent / f"{name}.md").read_text("utf-8").splitlines()[0].removeprefix("# ")
 
 
 def main() -> None:
