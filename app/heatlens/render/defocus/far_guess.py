@@ -7,7 +7,6 @@ to fine (pull and push; Gortler, Grzeszczuk, Szeliski and Cohen, "The Lumigraph"
 
 import math
 from collections.abc import Iterator
-from functools import cached_property
 from itertools import pairwise
 
 from heatlens.render.defocus.listed_fragments import FragmentBuffers, ListedFragments
@@ -17,7 +16,7 @@ from heatlens.render.defocus.pixel_list import PixelBands
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.device import Device, Texture
-from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+from heatlens.render.gpu.program import ComputePrograms, pixel_groups
 
 FAR_PARTS = "far parts"  # name of the step
 GUESSED_FROM_PX = 12.0  # least coc of both surfaces at an edge where a guess is used
@@ -42,23 +41,7 @@ class FarGuess:
     """Makes fragment lists with a guess behind each cut, for the same step."""
 
     def __init__(self, ctx: Device) -> None:
-        self._ctx, self._bands = ctx, PixelBands(ctx)
-
-    @cached_property
-    def _pull_picture(self) -> ComputeProgram:
-        return ComputeProgram(self._ctx, name="defocus/guess_pull.comp.glsl", defines={"FIRST": 1})
-
-    @cached_property
-    def _pull(self) -> ComputeProgram:
-        return ComputeProgram(self._ctx, "defocus/guess_pull.comp.glsl")
-
-    @cached_property
-    def _push(self) -> ComputeProgram:
-        return ComputeProgram(self._ctx, "defocus/guess_push.comp.glsl")
-
-    @cached_property
-    def _lists(self) -> ComputeProgram:
-        return ComputeProgram(self._ctx, "defocus/guess_lists.comp.glsl")
+        self._bands, self._programs = PixelBands(ctx), ComputePrograms(ctx)
 
     def steps(
         self, color: Texture, coc: Texture, optics: Optics, least_px: float, scratch: Scratch
@@ -79,7 +62,7 @@ class FarGuess:
         for cut, cut_px in enumerate(cuts_px):
             yield from self._fill_levels(color, coc, cut_px, levels, level_rects)
             list_steps = self._bands.run(
-                self._lists,
+                self._programs.get("defocus/guess_lists.comp.glsl"),
                 coc.size,
                 {
                     "coarser_rect": level_rects[0],
@@ -109,14 +92,15 @@ class FarGuess:
         takes what it lacks from the coarser one (push). `levels` has all levels of the pyramid, at
         `level_rects`, fine to coarse.
         """
-        self._pull_picture.dispatch(
+        pull_picture = self._programs.get("defocus/guess_pull.comp.glsl", {"FIRST": 1})
+        pull_picture.dispatch(
             pixel_groups(level_rects[0][2:]),
             textures={"color_tx": color, "coc_tx": coc},
             images={"out_levels_img": levels},
             uniforms={"out_rect": level_rects[0], "cut_px": cut_px},
         )
         for finer_rect, rect in pairwise(level_rects):
-            self._pull.dispatch(
+            self._programs.get("defocus/guess_pull.comp.glsl").dispatch(
                 pixel_groups(rect[2:]),
                 textures={"levels_tx": levels},
                 images={"out_levels_img": levels},
@@ -124,7 +108,7 @@ class FarGuess:
             )
         yield FAR_PARTS
         for rect, coarser_rect in reversed(list(pairwise(level_rects))):
-            self._push.dispatch(
+            self._programs.get("defocus/guess_push.comp.glsl").dispatch(
                 pixel_groups(rect[2:]),
                 textures={"levels_tx": levels},
                 images={"levels_img": levels},

@@ -16,7 +16,7 @@ from typing import Literal, assert_never
 from heatlens.render.defocus.tile_mask import RUN_LEAST, TileMask, WholePictures, run_length
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Buffer, Device, Image, StorageBuffer
-from heatlens.render.gpu.program import ComputeProgram, groups_for
+from heatlens.render.gpu.program import ComputeProgram, ComputePrograms, groups_for
 from heatlens.render.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_TEXELS, TILE
 from heatlens.render.gpu.textures import enlarge, new_buffer
 
@@ -102,7 +102,7 @@ class LineSolver(ABC):
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._programs: dict[tuple[object, ...], ComputeProgram] = {}
+        self._programs = ComputePrograms(ctx)
         self._scratch: dict[str, Buffer] = {}
         self._whole = WholePictures(ctx)
 
@@ -142,11 +142,9 @@ class LineSolver(ABC):
 
     def release(self) -> None:
         """Release programs and buffers."""
-        for program in self._programs.values():
-            program.release()
+        self._programs.release()
         for buffer in self._scratch.values():
             buffer.release()
-        self._programs.clear()
         self._scratch.clear()
         self._whole.release()
 
@@ -188,12 +186,8 @@ class LineSolver(ABC):
 
     def _program(self, shader: str, band: Band, **defines: object) -> ComputeProgram:
         """Return the program of a shader for the system and axis of a band; build it once."""
-        key = (shader, band.system, band.axis, *sorted(defines.items()))
-        if key not in self._programs:
-            strips = {"STRIPS": 1} if self._STRIPS else {}
-            all_defines = band.system.shader_defines(band.axis) | strips | defines
-            self._programs[key] = ComputeProgram(self._ctx, name=shader, defines=all_defines)
-        return self._programs[key]
+        strips = {"STRIPS": 1} if self._STRIPS else {}
+        return self._programs.get(shader, band.system.shader_defines(band.axis) | strips | defines)
 
 
 # On a software rasterizer, which has no fast shared memory, the least arithmetic is fastest: 1,080

@@ -1,7 +1,6 @@
 """Find where surfaces of different blur overlap, for parts of the lens."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,7 +17,7 @@ from heatlens.render.defocus.tile_mask import SegmentPass, TileMask
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.defocus.view_tiles import ViewTiles, list_tiles, tiles_near
 from heatlens.render.gpu.device import Device, StorageBuffer, Texture
-from heatlens.render.gpu.program import ComputeProgram, blocks_for, pixel_groups
+from heatlens.render.gpu.program import ComputePrograms, blocks_for, pixel_groups
 from heatlens.render.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE_PX_2
 
 _MARGIN_PX = 4.0  # as in overlap_edges.comp.glsl
@@ -134,7 +133,7 @@ class OverlapZones:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._programs: dict[tuple[str, bool], ComputeProgram] = {}
+        self._programs = ComputePrograms(ctx)
 
     def find(
         self,
@@ -182,7 +181,8 @@ class OverlapZones:
         size = blocks_for(surfaces.coc.size, FAR_BLOCK)
         name = surfaces.name
         zone, zone_rows = (scratch.texture(f"{name} {it}", size, 2) for it in ("zone", "zone rows"))
-        self._program("edges", surfaces.defines).dispatch(
+        edges = self._programs.get("defocus/overlap_edges.comp.glsl", surfaces.defines)
+        edges.dispatch(
             pixel_groups(size),
             textures={"coc_tx": surfaces.coc},
             images={"out_zone_img": zone},
@@ -195,7 +195,7 @@ class OverlapZones:
         reach_px = max(optics.disc.half_extents) * widest_px / 2 + _MARGIN_PX
         reach = {"reach_blocks": min(math.ceil(reach_px / FAR_BLOCK), max(size))}
         for source, target, direction in ((zone, zone_rows, (1, 0)), (zone_rows, zone, (0, 1))):
-            self._program("zone").dispatch(
+            self._programs.get("defocus/overlap_zone.comp.glsl").dispatch(
                 pixel_groups(size),
                 textures={"zone_tx": source},
                 images={"out_zone_img": target},
@@ -217,15 +217,6 @@ class OverlapZones:
     @cached_property
     def _segments(self) -> SegmentPass:
         return SegmentPass(self._ctx)
-
-    def _program(self, name: str, defines: Mapping[str, object] | None = None) -> ComputeProgram:
-        """Return a version of the program overlap_`name`, which is built when it is first used."""
-        key = name, bool(defines)
-        if key not in self._programs:
-            self._programs[key] = ComputeProgram(
-                self._ctx, f"defocus/overlap_{name}.comp.glsl", defines
-            )
-        return self._programs[key]
 
 
 def least_shares(excess_px_2: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -27,7 +27,7 @@ from heatlens.render.defocus.pixel_list import PixelBands, TileBands
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.device import Device, Texture, TextureArray
-from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+from heatlens.render.gpu.program import ComputeProgram, ComputePrograms, pixel_groups
 
 FAR_FROM_PX = 1.5  # coc, in pixels at full size, from which a surface belongs to the far field
 _SOFTNESS = 0.2  # half width of the transition at that cut, as a share of its coc
@@ -108,7 +108,7 @@ class PartViewsPass:
         self._bands, self._tiles = PixelBands(ctx), TileBands(ctx)
         self._coc_fill = coc_fill
         self._zones = OverlapZones(ctx)
-        self._programs: dict[tuple[str, bool, bool], ComputeProgram] = {}
+        self._programs = ComputePrograms(ctx)
 
     def _program(
         self, name: str, has_all_depths: bool = False, positions: int = 1
@@ -117,14 +117,9 @@ class PartViewsPass:
 
         With several `positions`, the part of the lens varies over the picture.
         """
-        key = name, has_all_depths, positions > 1
-        if key not in self._programs:
-            defines = {"ALL_DEPTHS": 1} if has_all_depths else {}
-            defines |= {"PART_VARIES": 1} if positions > 1 else {}
-            self._programs[key] = ComputeProgram(
-                self._ctx, f"defocus/part_{name}.comp.glsl", defines
-            )
-        return self._programs[key]
+        defines = {"ALL_DEPTHS": 1} if has_all_depths else {}
+        defines |= {"PART_VARIES": 1} if positions > 1 else {}
+        return self._programs.get(f"defocus/part_{name}.comp.glsl", defines)
 
     def find_zone(
         self,

@@ -6,7 +6,7 @@ from heatlens.core.model.view.guides import USUAL_PEAKING, Peaking, PeakingOn
 from heatlens.core.model.view.overlays import overlay_of
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.gpu.device import Device, Texture
-from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+from heatlens.render.gpu.program import ComputePrograms, pixel_groups
 
 
 class OverlayPass:
@@ -14,7 +14,7 @@ class OverlayPass:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._programs: dict[tuple[str, bool], ComputeProgram] = {}
+        self._programs = ComputePrograms(ctx)
 
     def run(
         self,
@@ -37,8 +37,9 @@ class OverlayPass:
         line = optics.line
         near, far = optics.nearest_px, optics.farthest_px
         limits = (*layer_limits_px, *[1e30] * LAYERS_MAX)[:LAYERS_MAX]  # unused ones are farthest
-        program, peaking = self._program(overlay, peaking is not None), peaking or USUAL_PEAKING
-        program.dispatch(
+        defines = {"MODE": overlay_of(overlay).function, "PEAKING": int(peaking is not None)}
+        peaking = peaking or USUAL_PEAKING
+        self._programs.get("display/overlay.comp.glsl", defines).dispatch(
             pixel_groups(out.size),
             textures={"depth_tx": depth, "color_tx": color or depth},
             images={"out_overlay_img": out},
@@ -54,11 +55,3 @@ class OverlayPass:
                 "is_peaking_all": peaking.on is PeakingOn.DEPTH,
             },
         )
-
-    def _program(self, overlay: str, is_peaking: bool) -> ComputeProgram:
-        """Return the program of an overlay with or without peaking, built on first use."""
-        key = overlay, is_peaking
-        if key not in self._programs:
-            defines = {"MODE": overlay_of(overlay).function, "PEAKING": "1" if is_peaking else "0"}
-            self._programs[key] = ComputeProgram(self._ctx, "display/overlay.comp.glsl", defines)
-        return self._programs[key]

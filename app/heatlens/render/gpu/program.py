@@ -118,6 +118,26 @@ class ComputeProgram(_Program):
             self._program.run_indirect(groups, offset)
 
 
+class ComputePrograms:
+    """Compute programs by shader file and defines, each built when it is first used."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._ctx = ctx
+        self._built: dict[tuple[str, frozenset[tuple[str, object]]], ComputeProgram] = {}
+
+    def get(self, name: str, defines: Mapping[str, object] | None = None) -> ComputeProgram:
+        """Return the program of the shader file `name`. Raises ShaderError as `ComputeProgram`."""
+        key = name, frozenset((defines or {}).items())
+        if key not in self._built:
+            self._built[key] = ComputeProgram(self._ctx, name, defines)
+        return self._built[key]
+
+    def release(self) -> None:
+        """Delete the programs; one that is used again is built again."""
+        while self._built:
+            self._built.popitem()[1].release()
+
+
 class DrawProgram(_Program):
     """A vertex and a fragment shader linked together."""
 
