@@ -113,6 +113,21 @@ def test_handle_drag_bends_the_curve_in_one_undo_step(gui):
     assert gui.session.facts.shot == before
 
 
+def test_dragged_handle_shows_its_ease_clear_of_the_pointer(gui):
+    gui.do("Select all keys")
+    gui.do("Interpolate bezier after key")
+    x, y = gui.middle("handle out 1004")
+    gui.press((x, y))
+    gui.move((x + 10, y + 4))
+    gui.frame(2)
+    x0, y0, _, y1 = gui.rect("value beside the handle")
+    assert x0 > x + 10 and (y1 < y + 4 or y0 > y + 20)  # above, or below at the upper edge
+    gui.release()
+    gui.drawn.clear()
+    gui.frame(2)
+    assert "value beside the handle" not in gui.drawn
+
+
 def test_handle_cannot_be_dragged_past_its_key_in_time(gui):
     gui.do("Select all keys")
     gui.do("Interpolate bezier after key")

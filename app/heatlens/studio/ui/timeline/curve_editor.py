@@ -16,13 +16,14 @@ from heatlens.core.model.shot.pull import RecordingState
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.board.key_drag import KeyPositions, Move, nearest_key
-from heatlens.studio.ui import rects, theme
+from heatlens.studio.ui import theme
 from heatlens.studio.ui.timeline.curve_axis import AXES, CurveAxis, raise_keys
 from heatlens.studio.ui.timeline.curve_handles import (
     Heights,
     Line,
     corners_of,
     draw_handles,
+    draw_value_beside,
     screen_points,
 )
 from heatlens.studio.ui.timeline.curve_marks import MarkSnap, draw_marks, mark_levels
@@ -35,7 +36,6 @@ _ZOOM, _MIN_ZOOM_SHARE = (
     1.25,
     0.1,
 )  # zoom factor of one notch; smallest range, as a share of the usual
-_VALUE_RISE_EM = 1.6  # how far above a key its value is drawn
 _SNAP_EM = 1.2  # how near to the line of a mark a key goes there with Shift
 _MIN_DRAG_PX = 3.0  # a smaller vertical movement of the mouse does not change the value of a key
 
@@ -130,17 +130,8 @@ def _draw_value(
     key = None if key_id is None else key_of(control.editing.shot, key_id)
     if key_id is None or not isinstance(key, Key):
         return
-    axis, (x, y) = AXES[control.keys.rows.curve_parameter], key_positions[key_id]
-    words = axis.format_value(key.value, unit)
-    width = imgui.calc_text_size(words).x + 0.6 * em
-    x += -0.7 * em - width if x + 0.7 * em + width > scale.x + scale.width else 0.7 * em
-    # Above the key, or below it at the upper edge, since the pointer covers what is beside it.
-    y += em * (-_VALUE_RISE_EM if y - (_VALUE_RISE_EM + 0.6) * em > top else 1.5 * _VALUE_RISE_EM)
-    box_corner, box_end = ImVec2(x, y - 0.6 * em), ImVec2(x + width, y + 0.6 * em)
-    draw = imgui.get_window_draw_list()
-    draw.add_rect_filled(box_corner, box_end, theme.colors.mark, 3.0)
-    draw.add_text(ImVec2(x + 0.3 * em, y - 0.5 * em), theme.colors.on_accent, words)
-    rects.note_at("value beside the key", (box_corner.x, box_corner.y, box_end.x, box_end.y))
+    words = AXES[control.keys.rows.curve_parameter].format_value(key.value, unit)
+    draw_value_beside(words, "key", key_positions[key_id], scale, top)
 
 
 def _focus_samples(

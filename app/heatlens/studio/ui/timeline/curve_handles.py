@@ -11,11 +11,12 @@ from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.curves.interpolation import Ease, Interpolation, Scale
 from heatlens.core.model.keys.key_choice import check_shot, frames_of
 from heatlens.studio.board.controls import TimeControl
-from heatlens.studio.ui import theme, widgets
+from heatlens.studio.ui import rects, theme, widgets
 from heatlens.studio.ui.timeline.curve_axis import CurveAxis
 from heatlens.studio.ui.timeline.view import TimeScale
 
 _TIP_EM, _REACH_EM = 0.36, 0.9  # radius of a tip, and of the circle in which it can be clicked
+_VALUE_RISE_EM = 1.6  # how far above a key its value is drawn
 Line = Sequence[tuple[float, float]]  # (frame, level on the axis)
 _MIN_LENGTH_EM = 1.7  # smallest distance of a tip from its key, so that both can be clicked
 
@@ -80,10 +81,13 @@ class Handle:
     def _sign(self) -> int:
         return 1 if self.is_out else -1
 
+    def ease_of(self, key: Key) -> Ease:
+        """Return the ease of a key on the side of this handle."""
+        return key.ease_out if self.is_out else key.ease_in
+
     def tip(self, scale: Scale) -> tuple[float, float]:
         """Return the position of the tip: frame, and value on the curve's own scale."""
-        ease = self.key.ease_out if self.is_out else self.key.ease_in
-        frames, rise = ease.handle(self.segment_frames)
+        frames, rise = self.ease_of(self.key).handle(self.segment_frames)
         level = scale.position_of(self.key.value) + self._sign * rise
         return self.key.frame + self._sign * frames, level
 
@@ -139,11 +143,34 @@ def _draw_handle(
     if is_dragged and imgui.is_mouse_dragging(imgui.MouseButton_.left, 1.0):
         mouse = imgui.get_mouse_pos()
         _drag_tip(control, axis, handle, scale.time_at(mouse.x), heights.level_at(mouse.y))
+    if is_dragged:
+        dragged_key = control.editing.shot.curves.of(axis.parameter).key_at(handle.key.frame)
+        ease = None if dragged_key is None else handle.ease_of(dragged_key)
+        words = "" if ease is None else f"{ease.influence_percent:.0f} %"
+        draw_value_beside(words, "handle", (tip.x, tip.y), scale, heights.y)
     is_bright = is_dragged or imgui.is_item_hovered()
     draw.add_line(ImVec2(*key), tip, theme.colors.mark, 0.067 * em)
     draw.add_circle_filled(
         tip, _TIP_EM * em, theme.colors.handle if is_bright else theme.colors.mark
     )
+
+
+def draw_value_beside(
+    words: str, subject: str, position: tuple[float, float], scale: TimeScale, top: float
+) -> None:
+    """Draw words in a box beside what is dragged; `top` is the upper edge of the editor.
+
+    They are above it, or below it at the upper edge, since the pointer covers what is beside it.
+    """
+    em, (x, y) = imgui.get_font_size(), position
+    width = imgui.calc_text_size(words).x + 0.6 * em
+    x += -0.7 * em - width if x + 0.7 * em + width > scale.x + scale.width else 0.7 * em
+    y += em * (-_VALUE_RISE_EM if y - (_VALUE_RISE_EM + 0.6) * em > top else 1.5 * _VALUE_RISE_EM)
+    corner, end = ImVec2(x, y - 0.6 * em), ImVec2(x + width, y + 0.6 * em)
+    draw = imgui.get_window_draw_list()
+    draw.add_rect_filled(corner, end, theme.colors.mark, 3.0)
+    draw.add_text(ImVec2(x + 0.3 * em, y - 0.5 * em), theme.colors.on_accent, words)
+    rects.note_at(f"value beside the {subject}", (corner.x, corner.y, end.x, end.y))
 
 
 def _keep_apart(
