@@ -5,7 +5,6 @@ The fragment lists of the reduced picture are made from those of the whole one, 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from heatlens.render.defocus.quality import layers_for
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.device import Buffer, Device, Texture
-from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+from heatlens.render.gpu.program import ComputePrograms, pixel_groups
 
 FRAGMENT_BYTES = 12  # bytes of a fragment in a list
 _EXTRA_PER_PIXEL = 2  # additional fragments per pixel, for pixels without a list among others
@@ -58,12 +57,7 @@ class ProxyListsPass:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._merge_programs = _Programs(ctx, _LISTS)
-        self._silhouette_programs = _Programs(ctx, _SILHOUETTES)
-
-    @cached_property
-    def _starts(self) -> ComputeProgram:
-        return ComputeProgram(self._ctx, "defocus/peel_starts.comp.glsl")
+        self._programs = ComputePrograms(ctx)
 
     def merge(
         self,
@@ -81,7 +75,7 @@ class ProxyListsPass:
         list_inputs = {"start_block": full_size.starts, "fragment_block": full_size.words}
         uniforms = _full_size_uniforms(full_size) | {"is_measured": full_size.is_measured}
         textures = {"color_tx": color, "depth_tx": depth}
-        self._run(self._merge_programs, textures, list_inputs, uniforms, memory, out_depth)
+        self._run(_LISTS, textures, list_inputs, uniforms, memory, out_depth)
 
     # A reduced pixel can contain two surfaces, such as a wire and the wall behind it. Both are
     # listed, each with its own depth; with one depth they would be blurred alike, and wires would
@@ -101,11 +95,11 @@ class ProxyListsPass:
         have no list. `out_depth` is as for `merge`.
         """
         textures = {"color_tx": color, "depth_tx": depth, "positions_tx": positions}
-        self._run(self._silhouette_programs, textures, {}, {}, memory, out_depth)
+        self._run(_SILHOUETTES, textures, {}, {}, memory, out_depth)
 
     def _run(
         self,
-        programs: "_Programs",
+        shader: str,
         textures: Mapping[str, Texture],
         list_inputs: Mapping[str, Buffer],
         uniforms: Mapping[str, object],
@@ -114,19 +108,20 @@ class ProxyListsPass:
     ) -> None:
         """Count the fragments of each list, sum them up, and write the lists to `memory`.
 
-        `out_depth` gives the size of the reduced picture, and is changed as `merge` says.
+        `shader` is a file with a variant that only counts. `out_depth` gives the size of the
+        reduced picture, and is changed as `merge` says.
         """
         size = out_depth.size
         count_buffers = {**list_inputs, "proxy_start_block": memory.lists.starts}
         groups, images = pixel_groups(size), {"depth_img": out_depth}
         sized_uniforms = {**uniforms, "size": size}
         memory.total.write(np.zeros(1, np.uint32))
-        programs.count.dispatch(
+        self._programs.get(shader, {"COUNT": 1}).dispatch(
             groups, textures=textures, images=images, buffers=count_buffers, uniforms=sized_uniforms
         )
         self._sum_up(memory, size[0] * size[1])
         write_buffers = count_buffers | {"proxy_fragment_block": memory.lists.words}
-        programs.write.dispatch(
+        self._programs.get(shader).dispatch(
             groups, textures=textures, images=images, buffers=write_buffers, uniforms=sized_uniforms
         )
 
@@ -137,7 +132,7 @@ class ProxyListsPass:
         """
         for first_pixel in range(0, pixel_count, _PIXELS_PER_SUM):
             count = min(_PIXELS_PER_SUM, pixel_count - first_pixel)
-            self._starts.dispatch(
+            self._programs.get("defocus/peel_starts.comp.glsl").dispatch(
                 (1, 1),
                 buffers={"start_block": memory.lists.starts, "total_block": memory.total},
                 uniforms={
@@ -147,22 +142,6 @@ class ProxyListsPass:
                     "has_end": first_pixel + count == pixel_count,
                 },
             )
-
-
-@dataclass(frozen=True)
-class _Programs:
-    """The two builds of a shader that makes lists, compiled on first use."""
-
-    ctx: Device
-    shader: str
-
-    @cached_property
-    def count(self) -> ComputeProgram:
-        return ComputeProgram(self.ctx, name=self.shader, defines={"COUNT": 1})
-
-    @cached_property
-    def write(self) -> ComputeProgram:
-        return ComputeProgram(self.ctx, self.shader)
 
 
 def _full_size_uniforms(full_size: FragmentBuffers) -> dict[str, object]:
