@@ -34,7 +34,8 @@ uniform float front_px;  // a surface with a smaller coc is in front of the focu
 #endif
 
 #define SAME_IF_WHOLE 1.003  // ratio of dioptres up to which surfaces are one, if the first covers the pixel
-#define GAIN 1.1             // shares of a stretched surface sum to a little less than 1
+#define GAIN 1.1             // shares of a stretched surface sum to a little less than 1, and are raised by this
+#define EDGE_MOST 0.6        // shares up to this are those at an edge of a surface, and stay
 #define ALL_PX 1e30          // larger than every coc
 #define LEAST_SHARE 1e-4     // smaller shares of a pixel are ignored
 #define LEAST_KNOWN 0.02     // least known share of a pixel with a view
@@ -73,9 +74,12 @@ struct View {
     float largest_share;   // share of that surface
 };
 
+// The share of a pixel that a surface covers, from the sum of its shares.
+float cover_of(float share) { return min(share * mix(1.0, GAIN, smoothstep(EDGE_MOST, COVERING, share)), 1.0); }
+
 // Composites a surface (rgb times its share of the pixel, a the share) behind the view so far.
 void put_behind(inout View view, vec4 surface, float coc) {
-    float cover = min(surface.a * GAIN, 1.0) * (1.0 - view.light.a);
+    float cover = cover_of(surface.a) * (1.0 - view.light.a);
     view.light += cover * vec4(surface.rgb / max(surface.a, LEAST_SHARE), 1.0);
     if (cover > view.largest_share) view.coc = coc;
     view.largest_share = max(view.largest_share, cover);

@@ -209,6 +209,15 @@ def test_parts_keep_card_as_bright_as_wall_invisible(ctx, renderer):
     np.testing.assert_allclose(render_plate(renderer, plate, parts=7), 0.4, rtol=4 * HALF_ROUNDING)
 
 
+def test_parts_keep_width_of_card(ctx, renderer):
+    """The light of a wall that a card covers is that of the exact picture, to 0.04 pixels."""
+    wall_row = np.full(WIDTH, 0.9, np.float32)
+    near_edge = np.s_[EDGE - 24 : EDGE + 24]
+    picture = render_plate(renderer, card_before_wall(wall_row), parts=19)[HEIGHT // 2, :, 0]
+    light = (picture - expected_row(wall_row))[near_edge].sum()
+    assert abs(light) / (0.9 - 0.4) < 0.04
+
+
 def test_back_of_thin_card_does_not_change_picture(ctx, renderer):
     """A dark surface just behind the card, which covers it, adds nothing to the picture."""
     row = hidden_stripe()
