@@ -161,3 +161,23 @@ def test_finished_export_stays_in_the_status_bar_until_closed(exporting, monkeyp
     gui.drawn.clear()
     gui.frame()
     assert "status Show folder" not in gui.drawn
+
+
+def test_first_quick_picture_is_explained_until_the_whole_one_is_there(gui, monkeypatch):
+    status, preferences = gui.screen.status, gui.session.preferences
+    preferences.change(knows_previews=False)
+    gui.settled()
+    scheduler = type(gui.session.time.scheduler)
+    with monkeypatch.context() as patched:
+        patched.setattr(scheduler, "is_rendering", True)
+        gui.session.lens.commands.focus(2.0)
+        gui.frame(2)
+        assert status.words(None) == "This is the quick picture; the whole one follows."
+        assert not preferences.values.knows_previews
+    gui.settled()
+    assert "focus" in status.words(None) and preferences.values.knows_previews
+    with monkeypatch.context() as patched:
+        patched.setattr(scheduler, "is_rendering", True)
+        gui.session.lens.commands.focus(3.0)
+        gui.frame(2)
+        assert "quick picture" not in status.words(None)

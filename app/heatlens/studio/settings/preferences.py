@@ -61,6 +61,7 @@ class PreferenceValues:
     layout_em      font size in pixels when the layout was written; 0 if unknown
     theme          the color theme of the interface
     ui_scales      the user's scale of the interface, by monitor
+    knows_previews whether the user was told that a quick picture comes before the whole one
     feed_labels    whether the second window shows the names of looks in a grid
     ending         what happens after the last played frame
     every_frame    True if playback waits for each frame; False if it keeps time
@@ -88,6 +89,7 @@ class PreferenceValues:
     layout_em: float = 0.0
     theme: Theme = Theme.DARK
     ui_scales: Mapping[str, float] = field(default_factory=dict)
+    knows_previews: bool = False
     feed_labels: bool = True
     ending: Ending = Ending.LOOP
     every_frame: bool = True

@@ -108,6 +108,7 @@ class UiScale:
 # The names of the panels on their tabs and in the menu.
 PANELS = ("Lens", "Marks", "Looks", "Display", "Export", "Source", "Reel strip", "Timeline")
 _LARGE_SCREEN_PX = 3000  # width from which text of the usual size may be too small
+_PREVIEW_WORDS = "This is the quick picture; the whole one follows."
 _UPDATE_S = 0.25  # longest delay before the timeline shows newly read frames
 
 
@@ -147,6 +148,7 @@ class UiState:
         self.palette = Palette()
         self.dialogs = FileDialogs(files, notify, wake)
         gesture_args = time.editing, time.keys, notify
+        self._is_preview_told = False  # the quick picture of now is explained
         self.timeline = TimelineView(KeyDrag(*gesture_args), KeyStretch(*gesture_args))
 
     @property
@@ -175,6 +177,14 @@ class UiState:
     @has_feed_labels.setter
     def has_feed_labels(self, is_on: bool) -> None:
         self._preferences.change(feed_labels=is_on)
+
+    def preview_hint(self, is_preview: bool) -> str:
+        """Return what the quick picture is, while the first one is shown; "" from then on."""
+        is_new = not self._preferences.values.knows_previews
+        if is_new and self._is_preview_told and not is_preview:
+            self._preferences.change(knows_previews=True)
+        self._is_preview_told = is_new and is_preview
+        return _PREVIEW_WORDS if self._is_preview_told else ""
 
     def leave_bare(self) -> None:
         """Leave the mode that shows only the picture, and full screen."""

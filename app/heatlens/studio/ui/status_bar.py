@@ -195,10 +195,11 @@ class StatusBar:
         return self._values_at(hovered_px) or self._hint()
 
     def _hint(self) -> str:
-        """Return a hint about the mouse or the start screen."""
-        is_start = self._ui.files.start_choices.is_shown
-        hint = "Arrows and Enter, a digit or a click" if is_start else ""
-        return f"{hint or mouse_words(self._board.facts.has_camera)}.  ? shows the keys."
+        """Return a hint about the mouse, the start screen or the first quick picture."""
+        facts, is_start = self._board.facts, self._ui.files.start_choices.is_shown
+        is_preview = facts.shown_picture is not None and facts.is_rendering and not is_start
+        hint = "Arrows and Enter, a digit or a click" if is_start else mouse_words(facts.has_camera)
+        return self._ui.preview_hint(is_preview) or f"{hint}.  ? shows the keys."
 
     def _values_at(self, hovered_px: tuple[int, int] | None) -> str:
         """Return the values under the pointer; "" beside the picture, as on its margin."""
