@@ -121,7 +121,7 @@ def test_ctrl_wheel_dollies_the_camera_without_zooming(scene_gui):
 
 def test_status_bar_explains_the_right_button_in_a_scene(scene_gui):
     text = scene_gui.screen.status.words(None)  # the pointer is beside the picture
-    assert "Right drag orbits" in text and "Ctrl+wheel" in text and "? shows the keys" in text
+    assert "Right drag orbits" in text and "Ctrl+wheel" in text and "F1 shows the keys" in text
     assert "Right drag" not in mouse_words(has_camera=False)
 
 

@@ -25,7 +25,7 @@ def test_status_bar_shows_hint_and_method_off_the_picture(gui):
         assert {"readout", "sides"} <= gui.drawn.keys()
         assert abs(gui.rect("readout")[1] - gui.rect("sides")[1]) < 2
     for margin in ((-5, -5), (10_000, 3)):  # as the picture tells a pointer beside itself
-        assert "? shows the keys" in gui.screen.status.words(margin)
+        assert "F1 shows the keys" in gui.screen.status.words(margin)
 
 
 @pytest.mark.parametrize(

@@ -199,7 +199,7 @@ class StatusBar:
         facts, is_start = self._board.facts, self._ui.files.start_choices.is_shown
         is_preview = facts.shown_picture is not None and facts.is_rendering and not is_start
         hint = "Arrows and Enter, a digit or a click" if is_start else mouse_words(facts.has_camera)
-        return self._ui.preview_hint(is_preview) or f"{hint}.  ? shows the keys."
+        return self._ui.preview_hint(is_preview) or f"{hint}.  F1 shows the keys."
 
     def _values_at(self, hovered_px: tuple[int, int] | None) -> str:
         """Return the values under the pointer; "" beside the picture, as on its margin."""
