@@ -21,6 +21,7 @@
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, Fragment
 #endif
+#include "lib/bit_search.lib.glsl"  // lowest_bit
 #include "lib/kind.lib.glsl"  // FAR_EDGE, LISTED
 #include "lib/pixel_cover.lib.glsl"  // pixel_coverage
 
@@ -134,7 +135,7 @@ float hidden_by_lists(Ray ray, uint listed_steps, uint mixed_steps) {
     uint passed = 0u;  // fragments of this step already looked at; one flat loop goes over all steps and fragments
     while ((listed_steps | mixed_steps) != 0u && hidden < 1.0) {
         bool is_listed = listed_steps != 0u;  // the listed steps are examined first, then the mixed ones
-        float level = level_at(ray, findLSB(is_listed ? listed_steps : mixed_steps));
+        float level = level_at(ray, lowest_bit(is_listed ? listed_steps : mixed_steps));
         List list = list_at(inside(crossing(ray, level)));
         uint i = list.first + passed++;
         float coc = fragment_of(min(i, max(list.end, 1u) - 1u)).coc;
@@ -184,10 +185,10 @@ float hidden_share(vec2 at, vec2 center, float coc) {
     } while (is_inside && ++k < steps);
     // Second loop: examine the steps with a visible surface, at the position where the ray crosses its depth.
     do {
-        float met = least_around(crossing(ray, level_at(ray, findLSB(visible_steps))));
+        float met = least_around(crossing(ray, level_at(ray, lowest_bit(visible_steps))));
         vec2 crossed = crossing(ray, met);
         float hit = dot(hits_around(ray, crossed, met), weights_around(crossed));
-        uint step_bit = visible_steps & -visible_steps;  // the lowest bit; 0 in the one round without any
+        uint step_bit = visible_steps & (~visible_steps + 1u);  // the lowest bit; 0 in the one round without any
 #ifdef LISTS
         if (any(equal(kinds_around(crossed), vec4(LISTED)))) {
             mixed_steps |= step_bit;

@@ -50,7 +50,7 @@ void main() {
     if (any(greaterThanEqual(at, imageSize(out_luminance_img)))) return;
     ivec2 first = 2 * at, size = textureSize(color_tx, 0);
     // The first pixel of each block clears the block's two words.
-    if (first % HIGHLIGHT_BLOCK == ivec2(0))
+    if (first.x % HIGHLIGHT_BLOCK == 0 && first.y % HIGHLIGHT_BLOCK == 0)
         for (int i = 0; i < 2; ++i) lit_buf[lit_word(first, size) + i] = 0u;
     float sum = 0.0, sum_behind = 0.0, brightest = 0.0, surface = 0.0, diameter = 1e30;
     for (int i = 0; i < 4; ++i) {

@@ -23,6 +23,7 @@
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, Fragment
 #endif
+#include "lib/bit_search.lib.glsl"  // lowest_bit
 #include "lib/two_lists.lib.glsl"  // FOR_EACH_IN_FIRST, pixel_of_word, PIXELS_PER_GROUP
 #include "lib/pixel_list.lib.glsl"  // list_append
 #include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, color_at, kind_at, unmix_share, ends_beside, FAR_EDGE ...
@@ -94,7 +95,7 @@ FarSide far_side(ivec2 at, float coc) {
 #ifdef LISTS
     if (abs(coc) < KNOWN_FROM_PX) nearer = 0u;
     while (nearer != 0u) {
-        ivec2 pixel_offset = offset_of(findLSB(nearer));
+        ivec2 pixel_offset = offset_of(lowest_bit(nearer));
         add_sample(sum, squares, known_behind(inside(at + pixel_offset), coc), pixel_offset);
         nearer &= nearer - 1u;
     }

@@ -17,6 +17,7 @@
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of
 #endif
+#include "lib/bit_search.lib.glsl"  // lowest_bit
 #include "lib/silhouette.lib.glsl"  // set_center, neighbor, coc_at, is_in_front, coc_tx, UNMIXED, FAR_EDGE ...
 #include "lib/two_lists.lib.glsl"  // append_word
 
@@ -34,7 +35,7 @@ uint listed_of(ivec2 at, uint neighbors) {
     if (is_measured || list_at(at).has_front) return neighbors;
     uint listed = 0u;
     do {
-        int k = findLSB(neighbors | 1u << 9);  // 9, a bit that no neighbor has, if none is left
+        int k = lowest_bit(neighbors | 1u << 9);  // 9, a bit that no neighbor has, if none is left
         listed |= uint(list_at(neighbor(at, k)).has_front) << k;
         neighbors &= neighbors - 1u;
     } while (neighbors != 0u);

@@ -18,6 +18,7 @@
 #include "lib/pixel_list.lib.glsl"  // FOR_EACH_LISTED, PIXELS_PER_GROUP
 #include "lib/unmix.lib.glsl"  // HALF_MAX, color_at, kind_at, unmix_share, FAR_EDGE, set_center, neighbor, coc_at
 #include "lib/tone.lib.glsl"  // for lib/thin.lib.glsl
+#include "lib/bit_search.lib.glsl"  // for lib/thin.lib.glsl
 #include "lib/thin.lib.glsl"  // Mixture, is_beside_thin, thin_mixture
 
 layout(local_size_x = PIXELS_PER_GROUP) in;

@@ -211,10 +211,11 @@ Hit first_hit(int root, vec3 start, vec3 along, float nearest, float farthest) {
             int upper = int(along[axis_of(node)] < 0.0);
             at = node.first + upper;
             stack[used++] = node.first + 1 - upper;
-            continue;
+        } else {
+            if (is_met) intersect_mesh(instance_trees[node.first], start, along, nearest, hit);
+            if (used == 0) break;
+            at = stack[--used];
         }
-        if (is_met) intersect_mesh(instance_trees[node.first], start, along, nearest, hit);
-        if (used == 0) return hit;
-        at = stack[--used];
     }
+    return hit;
 }

@@ -12,6 +12,6 @@ ivec2 pixel_of(ivec2 position) { return position / samples_across + ivec2(0, fir
 
 // Index of a sample within its pixel.
 int number_of(ivec2 position) {
-    ivec2 within = position % samples_across;
+    ivec2 within = ivec2(position.x % samples_across, position.y % samples_across);
     return within.y * samples_across + within.x;
 }

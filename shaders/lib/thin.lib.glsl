@@ -5,7 +5,7 @@
 //
 // Nearer pixels are those whose depth was sampled on a surface in front of the far one.
 //
-// Part of unmix_thin.comp.glsl, after lib/unmix.lib.glsl and lib/tone.lib.glsl.
+// Part of unmix_thin.comp.glsl, after lib/bit_search.lib.glsl, lib/unmix.lib.glsl and lib/tone.lib.glsl.
 
 #define THIN_REACH 3          // pixels searched on each side
 #define THIN_SIDE 7           // side of the searched square, pixels
@@ -61,7 +61,7 @@ bool is_beside_thin(ivec2 at, float coc) {
     bool is_thin = false;
     while (ending != 0u && !is_thin) {
         vec3 own;
-        is_thin = !unmix_near(neighbor(at, findLSB(ending)), own);
+        is_thin = !unmix_near(neighbor(at, lowest_bit(ending)), own);
         ending &= ending - 1u;
     }
     return is_thin;

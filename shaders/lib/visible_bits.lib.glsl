@@ -6,6 +6,7 @@
 //
 // The nearest visible pixels ahead and back along a direction are the ends of a hidden pixel.
 
+#include "lib/bit_search.lib.glsl"  // lowest_bit, highest_bit
 #include "lib/hidden.lib.glsl"  // line_of, position_of, words_per_line, first_word
 
 layout(std430) readonly buffer bits_block { uint bits_buf[]; };
@@ -25,7 +26,7 @@ int steps_ahead(int first, int per_line, int i) {
         if (++word >= per_line) return 0;
         bits = bits_buf[first + word];
     }
-    return word * 32 + findLSB(bits) - i;
+    return word * 32 + lowest_bit(bits) - i;
 }
 
 // Steps from position i of a line back to the previous visible pixel; 0 for none.
@@ -36,7 +37,7 @@ int steps_back(int first, int i) {
         if (--word < 0) return 0;
         bits = bits_buf[first + word];
     }
-    return i - (word * 32 + findMSB(bits));
+    return i - (word * 32 + highest_bit(bits));
 }
 
 uniform int reach_px;  // hidden pixels farther than this from any visible pixel are never uncovered
@@ -65,6 +66,6 @@ int visible_in_row(int k, ivec2 at, bool is_ahead, ivec2 size) {
     int first = first_word(k, size) + line_of(k, at, size) * per_line, next = is_ahead ? word + 1 : word - 1;
     uint bits = bits_buf[first + word], more = next == clamp(next, 0, per_line - 1) ? bits_buf[first + next] : 0u;
     uint ahead = bits >> shift | more << 1 << (31 - shift), back = bits << (31 - shift) | more >> 1 >> shift;
-    int end = is_ahead ? findLSB(~ahead) : 31 - findMSB(~back);
+    int end = is_ahead ? lowest_bit(~ahead) : 31 - highest_bit(~back);
     return end < 0 ? 32 : end;
 }

@@ -25,8 +25,8 @@ in vec3 in_position;
 in float in_u;
 in vec3 in_normal;
 in float in_v;
-in mat4 in_to_world;   // matrix of the instance
-in mat4 in_to_object;
+in vec4 in_to_world_x, in_to_world_y, in_to_world_z, in_to_world_w;  // columns of the matrix of the instance
+in vec4 in_to_object_x, in_to_object_y, in_to_object_z, in_to_object_w;
 in uvec4 in_numbers;   // the first one is the material
 #ifdef COLORS
 in vec4 in_color;
@@ -60,9 +60,11 @@ flat out uint back_rule;  // how back faces are detected, see scene_cover.frag.g
 #endif
 
 void main() {
-    vec4 world = in_to_world * vec4(in_position, 1.0);
+    mat4 to_world = mat4(in_to_world_x, in_to_world_y, in_to_world_z, in_to_world_w);
+    mat3 to_object = mat3(in_to_object_x.xyz, in_to_object_y.xyz, in_to_object_z.xyz);
+    vec4 world = to_world * vec4(in_position, 1.0);
     position_m = world.xyz;
-    normal = in_normal * mat3(in_to_object);
+    normal = in_normal * to_object;
 #ifdef PLACEMENTS
     uv = vec4(in_u, in_v, in_more_uv);
 #else
@@ -73,7 +75,7 @@ void main() {
     tint = in_color;
 #endif
 #ifdef BUMPS
-    tangent = in_world(in_tangent, mat3(in_to_world));
+    tangent = in_world(in_tangent, mat3(to_world));
 #endif
 #ifdef PEEL
     back_rule = in_numbers.w;

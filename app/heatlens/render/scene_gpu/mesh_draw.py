@@ -17,7 +17,11 @@ _VERTEX = ("3f 1f 3f 1f", "in_position", "in_u", "in_normal", "in_v")
 _BUMPY_VERTEX = ("3f 1f 3f 1f 4f", *_VERTEX[1:], "in_tangent")
 _COLOR = ("4f2", "in_color")
 _MORE_UV = ("2f", "in_more_uv")
-_INSTANCE = ("16f 16f 4u/i", "in_to_world", "in_to_object", "in_numbers")
+_INSTANCE_FORMAT = f"{'4f ' * 8}4u/i"
+_INSTANCE = (
+    *(f"in_{name}_{axis}" for name in ("to_world", "to_object") for axis in "xyzw"),
+    "in_numbers",
+)
 SIDE_PX = 2048  # side of the shadow map
 _BORDER_PX = 2  # empty texels around the map, so that its edge casts no shadow
 
@@ -40,7 +44,11 @@ class MeshDraw:
         extra_layouts += [] if buffers.more_uvs is None else [(buffers.more_uvs, *_MORE_UV)]
         vertex = _BUMPY_VERTEX if buffers.has_bumps else _VERTEX
         self._array = self._program.vertex_array(
-            [(buffers.vertices, *vertex), (buffers.instances, *_INSTANCE), *extra_layouts],
+            [
+                (buffers.vertices, *vertex),
+                (buffers.instances, _INSTANCE_FORMAT, *_INSTANCE),
+                *extra_layouts,
+            ],
             buffers.triangles,
         )
 
