@@ -40,6 +40,7 @@ def pytest_configure(config: pytest.Config) -> None:
     # xdist would start files of few tests last; a few of them are the longest, and one ran alone.
     config.option.loadscopereorder = False
     folder = Path(tempfile.gettempdir()) / f"heatlens-tests-{os.getpid()}"
+    os.environ["HEATLENS_GPU"] = config.getoption("--gpu")
     os.environ["HEATLENS_CONFIG_DIR"] = str(folder / "preferences")
     os.environ["HEATLENS_LOG_DIR"] = str(folder / "reports")
     os.environ["HEATLENS_CACHE_DIR"] = str(folder / "cache")
@@ -90,9 +91,10 @@ def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add `--update-golden`, which rewrites the golden pictures, and two more options."""
+    """Add `--update-golden`, which rewrites the golden pictures, and three more options."""
     help_text = "skip tests that draw, with a fixture or the mark `draws_in_process`"
     parser.addoption("--without-opengl", action="store_true", help=help_text)
+    parser.addoption("--gpu", default="opengl", help="draw with this: opengl or wgpu")
     parser.addoption("--fuzz-minutes", type=float, help="fuzz each format for so long")
     parser.addoption(
         "--update-golden", action="store_true", help="rewrite tests/render/frames/golden/"

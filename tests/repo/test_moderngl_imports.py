@@ -1,4 +1,4 @@
-"""Test that only render/gpu/ knows moderngl; everything else uses the device and its objects."""
+"""Test that only render/gpu/ knows moderngl and wgpu; all else uses the device and its objects."""
 
 import ast
 import importlib
@@ -10,7 +10,7 @@ import heatlens
 
 PACKAGE = Path(heatlens.__file__).parent
 TESTS = Path(__file__).parents[1]
-LIBRARY = "moderngl"
+LIBRARIES = {"moderngl", "wgpu"}
 # Names of the library's objects, and constants of OpenGL, outside of words and comments.
 _INSIDE = re.compile(r"\.m?glo\b|\bGL_[A-Z]")
 # Tests of gpu alone may know the library; the fixtures of contexts are one.
@@ -38,10 +38,10 @@ def _without_docstrings(tree: ast.AST) -> ast.AST:
 
 def imports_library(path: Path) -> bool:
     text = path.read_text(encoding="utf-8")
-    for node in ast.walk(ast.parse(text)) if LIBRARY in text else ():
+    for node in ast.walk(ast.parse(text)) if any(name in text for name in LIBRARIES) else ():
         names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
         names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-        if any(name.partition(".")[0] == LIBRARY for name in names):
+        if any(name.partition(".")[0] in LIBRARIES for name in names):
             return True
     return False
 
@@ -89,4 +89,4 @@ def test_modules_outside_gpu_hold_no_moderngl_objects():
 
 def _is_library_object(thing: object) -> bool:
     owner = getattr(thing, "__module__", None)
-    return isinstance(owner, str) and owner.partition(".")[0] == LIBRARY
+    return isinstance(owner, str) and owner.partition(".")[0] in LIBRARIES

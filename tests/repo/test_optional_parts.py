@@ -73,7 +73,7 @@ def test_extras_all_desk_and_desk_free_include_their_parts():
     brought = {name for part in EXTRAS for name in part.brings}
     assert names_of(LISTED["all"]) == {it.name for it in EXTRAS} - brought
     assert names_of(LISTED["desk"]) == {"desk-free", "movie"}
-    assert names_of(LISTED["desk-free"]) == {"edit", "gui", "ring", "scene", "share"}
+    assert names_of(LISTED["desk-free"]) == {"edit", "gui", "ring", "scene", "share", "wgpu"}
 
 
 def texts(tree: ast.AST) -> list[str]:
@@ -186,6 +186,7 @@ APART: dict[str, Callable[[Path], list[object]]] = {
     "imgui_bundle": lambda folder: ["view", plate(folder)],
     "aiohttp": lambda folder: ["serve", plate(folder)],
     "segno": lambda folder: ["serve", plate(folder)],
+    "wgpu": lambda folder: ["render", plate(folder), "-o", folder / "o.exr", "--gpu", "wgpu"],
 }
 # What commands reach only with a camera, a controller or a window.
 CALLS: dict[str, Callable[[], object]] = {

@@ -28,11 +28,18 @@ def record_new_contexts(patch: pytest.MonkeyPatch) -> None:
 
 def list_unheld(device: Any) -> None:
     """Let the context list OpenGL objects that Python no longer refers to."""
-    device.raw.gc_mode = "context_gc"
+    from heatlens.render.gpu.opengl.gl_device import GlDevice
+
+    if isinstance(device, GlDevice):
+        device.raw.gc_mode = "context_gc"
 
 
 def release_unheld(device: Any) -> None:
     """Release the listed OpenGL objects."""
+    from heatlens.render.gpu.opengl.gl_device import GlDevice
+
+    if not isinstance(device, GlDevice):
+        return
     import moderngl
 
     unheld = device.raw.objects

@@ -12,8 +12,8 @@ from heatlens.render.gpu.shader_source import assemble, declared_in
 _GROUP = 64
 _BLOCKS = f"""
 layout(local_size_x = {_GROUP}) in;
-layout(std430, binding = 0) readonly buffer question_block {{ vec4 questions[]; }};
-layout(std430, binding = 1) writeonly buffer answer_block {{ vec4 answers[]; }};
+layout(std430) readonly buffer question_block {{ vec4 questions[]; }};
+layout(std430) writeonly buffer answer_block {{ vec4 answers[]; }};
 """
 
 

@@ -116,6 +116,7 @@ EXTRAS = (
     Extra(name="study", gives="A study", packages={}, brings=("compare", "plot")),
     Extra(name="track", gives="Following a surface", packages={"opencv-python-headless": "cv2"}),
     Extra(name="usd", gives="USD", packages={"usd-core": "pxr"}),
+    Extra(name="wgpu", gives="wgpu", packages={"wgpu": "wgpu"}),
 )
 
 

@@ -169,6 +169,11 @@ def rendered_frames_dir() -> Path:
     return _configured_dir("HEATLENS_CACHE_DIR", lambda: dirs.user_cache_dir) / "frames"
 
 
+def compiled_shaders_dir() -> Path:
+    """Return the cache folder of compiled shaders; on Linux `~/.cache/heatlens/shaders`."""
+    return rendered_frames_dir().with_name("shaders")
+
+
 def estimates_dir() -> Path:
     """Return the cache folder of estimated depths, beside that of rendered frames."""
     return rendered_frames_dir().with_name("estimates")

@@ -29,7 +29,8 @@ def opengl_advice() -> str:
         return "Install the newest driver of the graphics card, from its maker"
     if sys.platform == "darwin":
         return (
-            "OpenGL on macOS ends at 4.1: open a `heatlens serve` of another machine in the browser"
+            "OpenGL on macOS ends at 4.1: render with --gpu wgpu, or open a `heatlens serve` of "
+            "another machine in the browser"
         )
     family = _family()
     if family is None:
@@ -54,6 +55,17 @@ def install_advice(package: str) -> str:
     """Return how to install a package that has one name everywhere on Linux, as an order."""
     family = _family()
     return f"install {package}" + (f" ({family.install} {package})" if family else "")
+
+
+def shader_compiler_advice() -> str:
+    """Return how to install glslangValidator, as an order without its full stop."""
+    if sys.platform == "darwin":
+        return "install it with: brew install glslang"
+    if sys.platform == "win32":
+        return "install the Vulkan SDK, which holds it"
+    family = _family()
+    is_debian = family is not None and "debian" in family.system_ids
+    return install_advice("glslang-tools" if is_debian else "glslang")
 
 
 def _family() -> _Packages | None:

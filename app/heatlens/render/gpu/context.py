@@ -1,33 +1,90 @@
 """Make the device that the program draws with, and check that its limits suffice."""
 
 import os
+from enum import Enum
 
 from heatlens.core.base.errors import GpuError, InputError
+from heatlens.core.base.extras import OnUse, extra
 from heatlens.core.base.memory import free_memory_bytes
 from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.opengl import gl_device
 
-_DEVICE = "GLCONTEXT_DEVICE_INDEX"  # read by glcontext, here and in processes of this one
+# Read here, and in processes that this one starts; glcontext reads the second one too.
+_GPU, _DEVICE = "HEATLENS_GPU", "GLCONTEXT_DEVICE_INDEX"
+_opengl_device = OnUse("render.gpu.opengl.gl_device", "headless_device")
+_opengl_window = OnUse("render.gpu.opengl.gl_device", "window_device")
+_wgpu_device = OnUse("render.gpu.wgpu.wgpu_device", "headless_device")
+
+
+class Gpu(Enum):
+    """The graphics library that draws."""
+
+    AUTO = "auto"  # OpenGL where it has version 4.3, else wgpu
+    OPENGL = "opengl"
+    WGPU = "wgpu"  # Vulkan, Metal or Direct3D 12
+
+
+def choose_gpu(gpu: Gpu) -> None:
+    """Let devices without a window draw with `gpu`, in new processes of this one too."""
+    os.environ[_GPU] = gpu.value
 
 
 def choose_device(number: int) -> None:
-    """Let contexts without a window use EGL's device `number`, in new processes of this one too.
+    """Let devices without a window use the one of this `number`, in new processes of this one too.
 
-    Devices are counted from 0. Raises InputError for a number below it.
+    Devices are counted from 0, by EGL or by wgpu. Raises InputError for a number below it.
     """
     if number < 0:
         raise InputError(f"--device counts from 0, got {number}.")
     os.environ[_DEVICE] = str(number)
 
 
+def chosen_gpu() -> Gpu:
+    """Return what was chosen. Raises InputError for an environment that names another library."""
+    name = os.environ.get(_GPU) or Gpu.AUTO.value
+    if name not in {gpu.value for gpu in Gpu}:
+        names = ", ".join(gpu.value for gpu in Gpu)
+        raise InputError(f"{_GPU} is {name!r}; it can be one of {names}.")
+    return Gpu(name)
+
+
 def headless_context() -> Device:
     """Make a device that needs no window. Raises GpuError that says what to install."""
-    return gl_device.headless_device()
+    return _headless_device()
+
+
+def _headless_device() -> Device:
+    gpu = chosen_gpu()
+    if gpu is Gpu.WGPU:
+        return _new_wgpu_device()
+    try:
+        return _new_opengl_device()
+    except GpuError as error:
+        if gpu is Gpu.OPENGL:
+            raise
+        try:
+            return _new_wgpu_device()
+        except GpuError:
+            raise error from None
+
+
+def _new_opengl_device() -> Device:
+    device: Device = _opengl_device()
+    return device
+
+
+def _new_wgpu_device() -> Device:
+    """Make a device of wgpu. Raises GpuError where it is not installed or finds no device."""
+    with extra("wgpu").require():
+        device: Device = _wgpu_device(int(os.environ.get(_DEVICE) or 0))
+    return device
 
 
 def window_device() -> Device:
-    """Return the device of the current window."""
-    return gl_device.window_device()
+    """Return the device of the current window. Raises GpuError where OpenGL may not be used."""
+    if chosen_gpu() is Gpu.WGPU:
+        raise GpuError("The window draws with OpenGL alone: leave --gpu and HEATLENS_GPU out.")
+    device: Device = _opengl_window()
+    return device
 
 
 def is_software(ctx: Device) -> bool:

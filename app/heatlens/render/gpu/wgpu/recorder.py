@@ -1,0 +1,159 @@
+"""Record the work of a device, and hand it over when somebody must see the result.
+
+Dispatches that follow each other share one compute pass, and draws into one framebuffer share one
+render pass: wgpu itself makes each wait for what it reads. The values of loose uniforms of all
+recorded work lie in one buffer, which is written once before the work is handed over.
+"""
+
+from typing import Any
+
+import wgpu
+
+_UNIFORM_BYTES = 1 << 20  # values of uniforms that are recorded until the work is handed over
+_ALIGNMENT = 256  # of the values of one dispatch or draw, as WebGPU asks
+# A draw of one triangle that fills the picture with the mean of the larger level.
+_SMALLER_LEVEL = """
+@group(0) @binding(0) var larger: texture_2d<f32>;
+@group(0) @binding(1) var linear: sampler;
+struct Corner { @builtin(position) position: vec4f, @location(0) at: vec2f }
+@vertex fn corner(@builtin(vertex_index) number: u32) -> Corner {
+    let at = vec2f(f32(number & 1u), f32(number >> 1u)) * 2.0;
+    return Corner(vec4f(at.x * 2.0 - 1.0, 1.0 - at.y * 2.0, 0.0, 1.0), at);
+}
+@fragment fn mean(corner: Corner) -> @location(0) vec4f {
+    return textureSample(larger, linear, corner.at);
+}
+"""
+
+
+class Recorder:
+    """The work of one device that is not yet handed over.
+
+    uniforms  the buffer with the values of loose uniforms
+    """
+
+    def __init__(self, device: Any) -> None:
+        self.device = device
+        usage = wgpu.BufferUsage.UNIFORM | wgpu.BufferUsage.COPY_DST | wgpu.BufferUsage.COPY_SRC
+        self.uniforms: Any = device.create_buffer(size=_UNIFORM_BYTES, usage=usage)
+        self._values = bytearray()
+        self._encoder: Any = None
+        self._compute: Any = None
+        self._render: Any = None
+        self._render_key: object = None
+        self._to_destroy: list[Any] = []
+        self._level_pipelines: dict[str, Any] = {}
+
+    def encoder(self) -> Any:
+        """Return the encoder, outside of any pass."""
+        self._end_pass()
+        if self._encoder is None:
+            self._encoder = self.device.create_command_encoder()
+        return self._encoder
+
+    def compute_pass(self) -> Any:
+        """Return the current compute pass, or a new one."""
+        if self._compute is None:
+            self._compute = self.encoder().begin_compute_pass()
+        return self._compute
+
+    def render_pass(self, key: object, attachments: dict[str, Any]) -> Any:
+        """Return the current render pass if it was begun with the same `key`, or a new one."""
+        if self._render is None or self._render_key != key:
+            self._render = self.encoder().begin_render_pass(**attachments)
+            self._render_key = key
+        return self._render
+
+    def place_of(self, values: bytes | bytearray) -> int:
+        """Keep the values of one dispatch or draw. Return where they lie in `uniforms`.
+
+        Ask for this before the pass: a full buffer hands the work over.
+        """
+        place = -(-len(self._values) // _ALIGNMENT) * _ALIGNMENT
+        if place + len(values) > _UNIFORM_BYTES:
+            self.submit()
+            place = 0
+        self._values += bytes(place - len(self._values))
+        self._values += values
+        return place
+
+    def submit(self) -> None:
+        """Hand over all that is recorded."""
+        if self._encoder is None:
+            return
+        self._end_pass()
+        if self._values:
+            self._values += bytes(-len(self._values) % 4)
+            self.device.queue.write_buffer(self.uniforms, 0, self._values)
+            self._values = bytearray()
+        self.device.queue.submit([self._encoder.finish()])
+        self._encoder = None
+        for one in self._to_destroy:
+            one.destroy()
+        self._to_destroy.clear()
+
+    def destroy_after_use(self, resource: Any) -> None:
+        """Give the memory of a texture or buffer back, after the recorded work."""
+        if self._encoder is None:
+            resource.destroy()
+        else:
+            self._to_destroy.append(resource)
+
+    def finish(self) -> None:
+        """Hand the work over and wait until it is done."""
+        self.submit()
+        # wgpu 0.32 fails in its own call that waits; what is read here comes after the work
+        self.device.queue.read_buffer(self.uniforms, 0, 4)
+
+    def fill_smaller_levels(self, texture: Any) -> None:
+        """Draw each smaller level of a texture from the larger one before it."""
+        pipeline = self._level_pipeline(texture.format)
+        sampler = self.device.create_sampler(mag_filter="linear", min_filter="linear")
+        for layer in range(texture.depth_or_array_layers):
+            for level in range(1, texture.mip_level_count):
+                larger, smaller = (
+                    texture.create_view(
+                        dimension="2d",
+                        base_mip_level=one,
+                        mip_level_count=1,
+                        base_array_layer=layer,
+                        array_layer_count=1,
+                    )
+                    for one in (level - 1, level)
+                )
+                group = self.device.create_bind_group(
+                    layout=pipeline.get_bind_group_layout(0),
+                    entries=[
+                        {"binding": 0, "resource": larger},
+                        {"binding": 1, "resource": sampler},
+                    ],
+                )
+                color = {"view": smaller, "load_op": "clear", "store_op": "store"}
+                draw = self.encoder().begin_render_pass(color_attachments=[color])
+                draw.set_pipeline(pipeline)
+                draw.set_bind_group(0, group)
+                draw.draw(3)
+                draw.end()
+
+    def _level_pipeline(self, format_: str) -> Any:
+        """Return the pipeline that draws a smaller level of a texture of this format."""
+        if format_ not in self._level_pipelines:
+            module = self.device.create_shader_module(code=_SMALLER_LEVEL)
+            self._level_pipelines[format_] = self.device.create_render_pipeline(
+                layout="auto",
+                vertex={"module": module, "entry_point": "corner"},
+                fragment={
+                    "module": module,
+                    "entry_point": "mean",
+                    "targets": [{"format": format_}],
+                },
+                primitive={"topology": "triangle-list"},
+            )
+        return self._level_pipelines[format_]
+
+    def _end_pass(self) -> None:
+        """End the pass that is open."""
+        for one in (self._compute, self._render):
+            if one is not None:
+                one.end()
+        self._compute = self._render = self._render_key = None
