@@ -4,7 +4,6 @@ import time
 from dataclasses import replace
 
 import numpy as np
-from PIL import Image
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.settings import Quality
@@ -235,6 +234,8 @@ def _no_canvas_message(canvases: tuple[Canvas, ...], display: FloatImage) -> str
 
 def _stretch_width(display: FloatImage, factor: float) -> FloatImage:
     """Return the picture `factor` times as wide; overshoot at edges is clipped."""
+    from PIL import Image
+
     height, width = display.shape[:2]
     size = max(1, round(width * factor)), height
     planes = [

@@ -12,8 +12,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from PIL import Image, UnidentifiedImageError
-
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.paths import open_regular_file
 from heatlens.media.files.marks import picture_marks
@@ -22,6 +20,7 @@ from heatlens.media.files.picture_formats import FORMATS, format_of
 if TYPE_CHECKING:
     from av.container import InputContainer
     from OpenImageIO import ImageInput
+    from PIL import Image
 
 EMBEDDED_FORMATS = ("PNG", "JPEG", "WEBP")  # pictures inside other files: maps, materials, stills
 # First bytes of files in none of `FORMATS` -> their kind, and the ending that heatlens reads or "".
@@ -35,12 +34,14 @@ _DEMUXERS = {".mxf": "mxf", ".webm": "matroska", ".mkv": "matroska"}  # the othe
 _DEMUXER_OPTIONS = {"protocol_whitelist": "file"}  # no reference in a movie opens anything else
 
 
-def open_with_pillow(path: Path) -> Image.Image | None:
+def open_with_pillow(path: Path) -> "Image.Image | None":
     """Open a picture without decoding it; None for a kind that Pillow lacks, such as float TIFF.
 
     Raises InputError for a file whose content is of another kind than its ending tells, and
     whatever Pillow raises for a damaged one.
     """
+    from PIL import Image, UnidentifiedImageError
+
     kind = format_of(path)
     try:
         return Image.open(path, formats=() if kind is None else kind.of_pillow)
@@ -49,8 +50,12 @@ def open_with_pillow(path: Path) -> Image.Image | None:
         return None
 
 
-def open_embedded_picture(data: bytes, formats: tuple[str, ...] = EMBEDDED_FORMATS) -> Image.Image:
+def open_embedded_picture(
+    data: bytes, formats: tuple[str, ...] = EMBEDDED_FORMATS
+) -> "Image.Image":
     """Open a picture that lies inside another file; raises what Pillow does."""
+    from PIL import Image
+
     return Image.open(BytesIO(data), formats=formats)
 
 

@@ -6,6 +6,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.frame_cache.plate_shelf import plate_bytes
 from heatlens.media.frame_cache.sequence_reader import SequenceReader
 from heatlens.media.plate.header.placement import convert_from_exr, find_placement, is_rigid
-from heatlens.media.plate.neighbours.found import NeighbourResult, with_neighbours
 from heatlens.media.plate.neighbours.trust import (
     border_px,
     choose_frame_step,
@@ -26,6 +26,9 @@ from heatlens.media.plate.neighbours.view import FloatMatrix, View
 from heatlens.media.plate.parts.header_read import read_headers
 from heatlens.media.plate.plate import Plate
 from heatlens.media.sequence.sequence import Sequence, Stamp, stamp_of
+
+if TYPE_CHECKING:  # most sequences use no neighbors
+    from heatlens.media.plate.neighbours.found import NeighbourResult
 
 DEFAULT_COUNT = 2  # frames on either side where the headers tell the camera
 _SHELF_BYTES = 1 << 30  # six plates of 4K
@@ -72,17 +75,20 @@ class NeighbourReader:
 
     def __call__(self, path: Path) -> Plate:
         """Read the plate at `path` and add the surfaces. Raises InputError as `read_plate` does."""
-        return self.add_hidden_surfaces(self.read_alone(path)).plate
+        plate = self.read_alone(path)
+        return self.add_hidden_surfaces(plate).plate if self.neighbourhood.count else plate
 
     def read_alone(self, path: Path) -> Plate:
         """Read the plate at `path` without its neighbors."""
         return self._plate_cache(path) if self.neighbourhood.count else self._read(path)
 
-    def add_hidden_surfaces(self, plate: Plate) -> NeighbourResult:
+    def add_hidden_surfaces(self, plate: Plate) -> "NeighbourResult":
         """Add hidden surfaces to a plate that was read alone, and report which frames showed them.
 
         A neighbor that cannot be read is named and left out.
         """
+        from heatlens.media.plate.neighbours.found import NeighbourResult, with_neighbours
+
         path, frames = plate.path, self._neighbour_frames(plate.path)
         view = None if not frames else self._view(self._frame_number(path), plate)
         if view is None:
