@@ -57,7 +57,7 @@ _COMPARISONS = {
 
 
 class GlDevice(Device):
-    """A context of OpenGL."""
+    """A context of OpenGL; `Device` says what its methods do."""
 
     def __init__(self, raw: moderngl.Context) -> None:
         self.raw: Any = raw  # the stub of moderngl misses what it takes
@@ -76,13 +76,11 @@ class GlDevice(Device):
 
     @property
     def error(self) -> str:
-        """The driver's error since the last time this was read; "" for none."""
         error = str(self.raw.error)
         return "" if error == "GL_NO_ERROR" else error
 
     @property
     def screen(self) -> Framebuffer:
-        """The window."""
         if self._screen is None:
             self._screen = GlFramebuffer(self.raw.screen)
         return self._screen
@@ -90,7 +88,6 @@ class GlDevice(Device):
     def texture(
         self, size: tuple[int, int], components: int, data: Data | None = None, dtype: str = "f1"
     ) -> GlTexture:
-        """Make a texture, sampled linearly and repeated."""
         texture = GlTexture(self.raw.texture(size, components, data, dtype=dtype))
         if self.fills_nan and data is None:
             texture.fill_with_nan()
@@ -103,7 +100,6 @@ class GlDevice(Device):
         data: Data | None = None,
         dtype: str = "f1",
     ) -> GlTextureArray:
-        """Make an array of textures."""
         array = GlTextureArray(self.raw.texture_array(size, components, data, dtype=dtype))
         if self.fills_nan and data is None:
             array.fill_with_nan()
@@ -116,14 +112,12 @@ class GlDevice(Device):
         data: Data | None = None,
         dtype: str = "f1",
     ) -> GlTexture3D:
-        """Make a texture in three dimensions."""
         texture = GlTexture3D(self.raw.texture3d(size, components, data, dtype=dtype))
         if self.fills_nan and data is None:
             texture.fill_with_nan()
         return texture
 
     def shadow_map(self, size: tuple[int, int]) -> GlTexture:
-        """Make a texture of depths, which answers comparisons, blended between four texels."""
         raw = self.raw.depth_texture(size)
         raw.compare_func = "<="
         texture = GlTexture(raw)
@@ -131,11 +125,9 @@ class GlDevice(Device):
         return texture
 
     def depth_buffer(self, size: tuple[int, int]) -> GlDepthBuffer:
-        """Make a buffer for the depths of a framebuffer."""
         return GlDepthBuffer(self.raw.depth_renderbuffer(size))
 
     def buffer(self, data: Data | None = None, reserve: int = 0) -> GlBuffer:
-        """Make a buffer with `data` as its content, or of `reserve` bytes."""
         buffer = GlBuffer(self.raw.buffer(data, reserve=reserve), self.fills_nan)
         if self.fills_nan and data is None:
             buffer.fill_with_nan()
@@ -144,30 +136,24 @@ class GlDevice(Device):
     def framebuffer(
         self, colors: Sequence[Texture] = (), depth: DepthBuffer | Texture | None = None
     ) -> GlFramebuffer:
-        """Make a framebuffer that draws into textures, the first one as output 0."""
         raw_depth = None if depth is None else _raw(depth)
         return GlFramebuffer(
             self.raw.framebuffer([_raw(color) for color in colors], raw_depth), colors
         )
 
     def simple_framebuffer(self, size: tuple[int, int]) -> GlFramebuffer:
-        """Make a framebuffer with memory of its own."""
         return GlFramebuffer(self.raw.simple_framebuffer(size))
 
     def copy_framebuffer(self, target: Framebuffer, source: Framebuffer) -> None:
-        """Copy the pixels of one framebuffer into another."""
         self.raw.copy_framebuffer(_raw(target), _raw(source))
 
     def compute_program(self, source: ShaderSource) -> GlCompute:
-        """Build a compute program. Raises ShaderError with the driver's log."""
         return GlCompute(self.raw, source)
 
     def draw_program(self, vertex: ShaderSource, fragment: ShaderSource) -> GlDraw:
-        """Build a program that draws. Raises ShaderError with the driver's log."""
         return GlDraw(self.raw, vertex, fragment)
 
     def draw_with(self, blend: Blend = Blend.NONE, depth: DepthTest = DepthTest.NONE) -> None:
-        """Let the next draws blend and compare depths in this way."""
         flags: int = moderngl.NOTHING
         if blend is not Blend.NONE:
             flags |= moderngl.BLEND
@@ -178,19 +164,15 @@ class GlDevice(Device):
         self.raw.enable_only(flags)
 
     def timer(self) -> Timer:
-        """Return a timer, whose seconds are wrong where the device is software."""
         return _GlTimer(self.raw.query(time=True))
 
     def finish(self) -> None:
-        """Wait until all work is done."""
         self.raw.finish()
 
     def make_current(self) -> None:
-        """Direct the calls of this thread to this device, if a program has several."""
         self.raw.__enter__()
 
     def release(self) -> None:
-        """Give the device back."""
         self.raw.release()
 
 

@@ -45,7 +45,6 @@ class _GlSampled:
 
     @property
     def is_released(self) -> bool:
-        """True once its memory was released."""
         return isinstance(self.raw.mglo, moderngl.InvalidObject)
 
     @property
@@ -82,15 +81,12 @@ class _GlSampled:
         self.raw.write(data, viewport=viewport)
 
     def read(self) -> bytes:
-        """Return the content, row 0 first."""
         return bytes(self.raw.read())
 
     def build_mipmaps(self) -> None:
-        """Make the smaller levels from the content."""
         self.raw.build_mipmaps()
 
     def fill_with_nan(self) -> None:
-        """Write NaN into every texel, or the largest number if these are unsigned integers."""
         self.raw.ctx.memory_barrier()  # a GPU may still draw from it
         texels = self.components * _SIZES[self.dtype]
         for side in self.size:
@@ -98,7 +94,6 @@ class _GlSampled:
         self.raw.write(_BYTE * texels)
 
     def release(self) -> None:
-        """Give the memory back."""
         self.raw.release()
 
 
@@ -111,11 +106,9 @@ class GlTexture(_GlSampled, Texture):
         return int(self.raw.glo)
 
     def read(self, level: int = 0) -> bytes:
-        """Return the content, row 0 first, or that of a smaller level."""
         return bytes(self.raw.read(level=level))
 
     def read_into(self, data: Data) -> None:
-        """Copy the content, row 0 first, into `data`."""
         self.raw.read_into(data)
 
 
@@ -141,35 +134,28 @@ class GlBuffer(Buffer):
         self.size, self._fills_nan = raw.size, fills_nan
 
     def write(self, data: Data, offset: int = 0) -> None:
-        """Replace the bytes from `offset` on."""
         self.raw.write(data, offset=offset)
 
     def read(self, size: int = -1, offset: int = 0) -> bytes:
-        """Return `size` bytes from `offset` on; -1 for all."""
         return self.raw.read(size, offset=offset)
 
     def clear(self) -> None:
-        """Set every byte to 0."""
         self.raw.clear()
 
     def orphan(self, size: int = -1) -> None:
-        """Take new memory of `size` bytes, -1 for as many as before; the content is lost."""
         self.raw.orphan(size)
         self.size = self.raw.size
         if self._fills_nan:
             self.fill_with_nan()
 
     def copy_to(self, other: Buffer) -> None:
-        """Copy all bytes to the beginning of another buffer of the device."""
         self.raw.ctx.copy_buffer(raw_buffer(other), self.raw, self.size)
 
     def fill_with_nan(self) -> None:
-        """Write NaN into the whole buffer."""
         self.raw.ctx.memory_barrier()  # a GPU may still draw from it
         self.raw.write(_BYTE * self.size)
 
     def release(self) -> None:
-        """Give the memory back."""
         self.raw.release()
 
 
@@ -180,7 +166,6 @@ class GlDepthBuffer(DepthBuffer):
         self.raw = raw
 
     def release(self) -> None:
-        """Give the memory back."""
         self.raw.release()
 
 
@@ -230,26 +215,21 @@ class GlFramebuffer(Framebuffer):
         self.raw.depth_mask = writes
 
     def use(self) -> None:
-        """Let the next draws write into it."""
         self.raw.use()
 
     def clear(
         self, red: float = 0.0, green: float = 0.0, blue: float = 0.0, alpha: float = 0.0
     ) -> None:
-        """Fill it with a color, and its depths with the farthest."""
         self._clear(red, green, blue, alpha)
 
     def read(self, viewport: Area | None = None, components: int = 3, dtype: str = "f1") -> bytes:
-        """Return the pixels of an area, row 0 first."""
         area: Any = viewport  # its stub does not know None
         return self.raw.read(viewport=area, components=components, dtype=dtype)
 
     def read_into(self, data: Data, components: int = 3) -> None:
-        """Copy the pixels, row 0 first, into `data`."""
         self.raw.read_into(data, components=components)
 
     def release(self) -> None:
-        """Give it back, but not its textures."""
         self.raw.release()
 
 

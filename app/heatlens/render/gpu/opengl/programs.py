@@ -133,7 +133,6 @@ class _GlProgram(LinkedProgram):
             raise ShaderError(f"{files}: declared and used, but never given: {names}.")
 
     def release(self) -> None:
-        """Delete the program."""
         self.raw.release()
 
 
@@ -164,7 +163,6 @@ class GlDraw(_GlProgram, LinkedDraw):
         self._ctx = ctx
 
     def vertex_array(self, layout: VertexLayout, index: Buffer | None) -> LinkedArray:
-        """Return buffers and their attributes as vertices, without the unused attributes."""
         content = [(raw_buffer(buffer), *attributes) for buffer, *attributes in layout]
         indices = None if index is None else raw_buffer(index)
         return GlArray(self._ctx.vertex_array(self.raw, content, indices, skip_errors=True))
@@ -181,11 +179,9 @@ class GlArray(LinkedArray):
         self._raw.render(_MODES[mode], vertices)
 
     def render_indirect(self, commands: Buffer, mode: Primitive, count: int) -> None:
-        """Draw with `count` commands of the buffer."""
         self._raw.render_indirect(raw_buffer(commands), _MODES[mode], count)
 
     def release(self) -> None:
-        """Delete it, but not the buffers."""
         self._raw.release()
 
 

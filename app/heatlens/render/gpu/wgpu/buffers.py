@@ -33,7 +33,6 @@ class WgBuffer(Buffer):
             self.fill_with_nan()
 
     def write(self, data: Data, offset: int = 0) -> None:
-        """Replace the bytes from `offset` on."""
         content = bytes_of(data)
         rest = len(content) % 4
         if rest:  # wgpu writes words: the bytes after the last one stay as they were
@@ -44,7 +43,6 @@ class WgBuffer(Buffer):
         self._recorder.device.queue.write_buffer(self.raw, offset, content)
 
     def read(self, size: int = -1, offset: int = 0) -> bytes:
-        """Return `size` bytes from `offset` on; -1 for all."""
         wanted = self.size - offset if size < 0 else size
         if not wanted:
             return b""
@@ -55,11 +53,9 @@ class WgBuffer(Buffer):
         return bytes(data[offset - first : offset - first + wanted])
 
     def clear(self) -> None:
-        """Set every byte to 0."""
         self._recorder.encoder().clear_buffer(self.raw)
 
     def orphan(self, size: int = -1) -> None:
-        """Take new memory of `size` bytes, -1 for as many as before; the content is lost."""
         if size >= 0 and size != self.size:
             self._recorder.destroy_after_use(self.raw)
             self.size = size
@@ -68,16 +64,13 @@ class WgBuffer(Buffer):
             self.fill_with_nan()
 
     def copy_to(self, other: Buffer) -> None:
-        """Copy all bytes to the beginning of another buffer of the device."""
         assert isinstance(other, WgBuffer)
         size = -(-self.size // 4) * 4
         self._recorder.encoder().copy_buffer_to_buffer(self.raw, 0, other.raw, 0, size)
 
     def fill_with_nan(self) -> None:
-        """Write NaN into the whole buffer."""
         self._recorder.submit()
         self._recorder.device.queue.write_buffer(self.raw, 0, b"\xff" * self.raw.size)
 
     def release(self) -> None:
-        """Give the memory back."""
         self._recorder.destroy_after_use(self.raw)

@@ -146,13 +146,11 @@ class WgFramebuffer(Framebuffer):
         self.writes_color = self.writes_depth = True
 
     def use(self) -> None:
-        """Let the next draws write into it."""
         self._state.target = self
 
     def clear(
         self, red: float = 0.0, green: float = 0.0, blue: float = 0.0, alpha: float = 0.0
     ) -> None:
-        """Fill it with a color, and its depths with the farthest."""
         color = (red, green, blue, alpha)
         if self.scissor is not None and _inside(self.scissor, self.size)[2:] != self.size:
             self._clear_area(_inside(self.scissor, self.size), color)
@@ -170,7 +168,6 @@ class WgFramebuffer(Framebuffer):
         self._area_clear.draw(draw, formats, DEPTH_FORMAT if self.depth else "", place)
 
     def read(self, viewport: Area | None = None, components: int = 3, dtype: str = "f1") -> bytes:
-        """Return the pixels of an area, row 0 first."""
         x, y, width, height = viewport or (0, 0, *self.size)
         texture = self.textures[0]
         pixels = np.frombuffer(texture.read(), texture.numpy_type)
@@ -183,10 +180,8 @@ class WgFramebuffer(Framebuffer):
         return np.ascontiguousarray(pixels).tobytes()
 
     def read_into(self, data: Data, components: int = 3) -> None:
-        """Copy the pixels, row 0 first, into `data`."""
         bytes_of(data)[:] = self.read(components=components)
 
     def release(self) -> None:
-        """Give it back, but not its textures."""
         if self._state.target is self:
             self._state.target = None

@@ -276,7 +276,6 @@ class WgProgram(LinkedProgram):
         return [self.shared.recorder.place_of(block)]
 
     def release(self) -> None:
-        """Delete the program."""
         self._groups.clear()
         self._variants.clear()
 

@@ -27,12 +27,10 @@ class WgCompute(WgProgram, LinkedCompute):
         super().__init__(shared, {"comp": source})
 
     def run(self, groups: tuple[int, ...]) -> None:
-        """Run on this number of workgroups along each axis."""
         if all(groups):
             self._ready_pass().dispatch_workgroups(*groups)
 
     def run_indirect(self, groups: Buffer, offset: int) -> None:
-        """Run on the number of workgroups that the three words at byte `offset` contain."""
         raw = wg_buffer(groups)
         if any(wg_buffer(whole_buffer(one)) is raw for one in self.buffers.values()):
             # wgpu refuses a buffer of counts that the program itself may write
@@ -73,7 +71,6 @@ class WgDraw(WgProgram, LinkedDraw):
         return self.variant().inputs
 
     def vertex_array(self, layout: VertexLayout, index: Buffer | None) -> LinkedArray:
-        """Return buffers and their attributes as vertices, without the unused attributes."""
         return WgArray(self, VertexInputs(layout, self.inputs), index)
 
     def ready_pass(self, mode: Primitive, vertices: VertexInputs) -> Any:
@@ -119,12 +116,10 @@ class WgArray(LinkedArray):
         self._program, self._vertices, self._index = program, vertices, index
 
     def render(self, mode: Primitive, vertices: int) -> None:
-        """Draw this number of vertices."""
         draw = self._program.ready_pass(mode, self._vertices)
         draw.draw(vertices, self._vertices.instances)
 
     def render_indirect(self, commands: Buffer, mode: Primitive, count: int) -> None:
-        """Draw with `count` commands of the buffer."""
         draw, raw = self._program.ready_pass(mode, self._vertices), wg_buffer(commands)
         if self._index is None:
             for number in range(count):

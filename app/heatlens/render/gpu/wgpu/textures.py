@@ -97,7 +97,6 @@ class _WgSampled:
 
     @property
     def is_released(self) -> bool:
-        """True once its memory was released."""
         return self._is_released
 
     def write(self, data: Data, viewport: Area | None = None) -> None:
@@ -118,7 +117,6 @@ class _WgSampled:
         )
 
     def read(self, level: int = 0) -> bytes:
-        """Return the content, row 0 first, or that of a smaller level."""
         width, height = max(1, self.width >> level), max(1, self.height >> level)
         self._recorder.submit()
         data = self._recorder.device.queue.read_texture(
@@ -132,11 +130,9 @@ class _WgSampled:
         return np.ascontiguousarray(pixels[:, :3]).tobytes()
 
     def read_into(self, data: Data) -> None:
-        """Copy the content, row 0 first, into `data`."""
         bytes_of(data)[:] = self.read()
 
     def build_mipmaps(self) -> None:
-        """Make the smaller levels from the content."""
         levels = max(self.width, self.height).bit_length()
         if self.raw.mip_level_count != levels:
             whole, previous = self.read(), self.raw
@@ -146,14 +142,12 @@ class _WgSampled:
         self._recorder.fill_smaller_levels(self.raw)
 
     def fill_with_nan(self) -> None:
-        """Write NaN into every texel, or the largest number if these are unsigned integers."""
         texels = self.components
         for side in self.size:
             texels *= side
         self.write(b"\xff" * (texels * np.dtype(_NUMPY_TYPES[self.dtype]).itemsize))
 
     def release(self) -> None:
-        """Give the memory back."""
         if not self._is_released:
             self._is_released = True
             self._recorder.destroy_after_use(self.raw)
@@ -173,7 +167,6 @@ class WgTexture(_WgSampled, Texture):
 
     @property
     def handle(self) -> int:
-        """The number by which ImGui draws it."""
         raise NotImplementedError("wgpu draws without a window")
 
 
@@ -224,5 +217,4 @@ class WgDepthBuffer(DepthBuffer):
         self.storage_view: Any = self.raw.create_view()
 
     def release(self) -> None:
-        """Give the memory back."""
         self._recorder.destroy_after_use(self.raw)

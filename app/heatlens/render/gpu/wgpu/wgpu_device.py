@@ -100,7 +100,6 @@ class WgDevice(Device):
     def texture(
         self, size: tuple[int, int], components: int, data: Data | None = None, dtype: str = "f1"
     ) -> WgTexture:
-        """Make a texture, sampled linearly and repeated."""
         return self._filled(WgTexture(self._recorder, size, components, dtype), data)
 
     def texture_array(
@@ -110,7 +109,6 @@ class WgDevice(Device):
         data: Data | None = None,
         dtype: str = "f1",
     ) -> WgTextureArray:
-        """Make an array of textures."""
         return self._filled(WgTextureArray(self._recorder, size, components, dtype), data)
 
     def texture3d(
@@ -120,7 +118,6 @@ class WgDevice(Device):
         data: Data | None = None,
         dtype: str = "f1",
     ) -> WgTexture3D:
-        """Make a texture in three dimensions."""
         return self._filled(WgTexture3D(self._recorder, size, components, dtype), data)
 
     def _filled(self, texture: Made, data: Data | None) -> Made:
@@ -132,15 +129,12 @@ class WgDevice(Device):
         return texture
 
     def shadow_map(self, size: tuple[int, int]) -> WgTexture:
-        """Make a texture of depths, which answers comparisons, blended between four texels."""
         return WgShadowMap(self._recorder, size)
 
     def depth_buffer(self, size: tuple[int, int]) -> WgDepthBuffer:
-        """Make a buffer for the depths of a framebuffer."""
         return WgDepthBuffer(self._recorder, size)
 
     def buffer(self, data: Data | None = None, reserve: int = 0) -> WgBuffer:
-        """Make a buffer with `data` as its content, or of `reserve` bytes."""
         size = reserve if data is None else bytes_of(data).nbytes
         buffer = WgBuffer(self._recorder, size, self.fills_nan)
         if data is not None:
@@ -150,16 +144,13 @@ class WgDevice(Device):
     def framebuffer(
         self, colors: Sequence[Texture] = (), depth: DepthBuffer | Texture | None = None
     ) -> WgFramebuffer:
-        """Make a framebuffer that draws into textures, the first one as output 0."""
         state = self._shared.draw_state
         return WgFramebuffer(self._recorder, state, self._area_clear, colors, depth)
 
     def simple_framebuffer(self, size: tuple[int, int]) -> WgFramebuffer:
-        """Make a framebuffer with memory of its own."""
         return self.framebuffer([self.texture(size, 4)], self.depth_buffer(size))
 
     def copy_framebuffer(self, target: Framebuffer, source: Framebuffer) -> None:
-        """Copy the pixels of one framebuffer into another."""
         assert isinstance(target, WgFramebuffer) and isinstance(source, WgFramebuffer)
         place, other = ({"texture": one.textures[0].raw} for one in (source, target))
         self._recorder.encoder().copy_texture_to_texture(place, other, (*source.size, 1))
@@ -173,7 +164,6 @@ class WgDevice(Device):
         return WgDraw(self._shared, vertex, fragment)
 
     def draw_with(self, blend: Blend = Blend.NONE, depth: DepthTest = DepthTest.NONE) -> None:
-        """Let the next draws blend and compare depths in this way."""
         self._shared.draw_state.blend, self._shared.draw_state.depth = blend, depth
 
     def timer(self) -> Timer:
@@ -181,14 +171,12 @@ class WgDevice(Device):
         return _WgTimer(self)
 
     def finish(self) -> None:
-        """Wait until all work is done."""
         self._recorder.finish()
 
     def make_current(self) -> None:
         """Do nothing: each call names its device."""
 
     def release(self) -> None:
-        """Give the device back."""
         self._recorder.finish()
         self.raw.destroy()
 
