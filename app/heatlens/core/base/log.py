@@ -6,7 +6,6 @@ that heatlens starts append to the same file. It holds names of files and no pix
 
 import logging
 import os
-import platform
 import sys
 import time
 from collections.abc import Iterator
@@ -46,9 +45,10 @@ def start_log(is_verbose: bool) -> None:
     for handler in LOG.handlers:  # of an earlier command in this process
         handler.close()
     LOG.handlers[:] = handlers
-    LOG.setLevel(logging.DEBUG if len(handlers) > 1 else logging.CRITICAL)
-    LOG.debug("heatlens %s, Python %s, %s", __version__, *_system())
-    LOG.debug("command: %s", printable(" ".join(sys.argv)))
+    is_kept = len(handlers) > 1
+    LOG.setLevel(logging.DEBUG if is_kept else logging.CRITICAL)
+    if is_kept:
+        _log_beginning()
 
 
 @contextmanager
@@ -64,8 +64,13 @@ def log_end(code: int) -> None:
     LOG.debug("ended with %d after %.2f s", code, time.perf_counter() - _BEGUN_S)
 
 
-def _system() -> tuple[str, str]:
-    return platform.python_version(), platform.platform()
+def _log_beginning() -> None:
+    """Log the versions and the command."""
+    import platform  # slow, and few commands keep a log
+
+    version = platform.python_version()
+    LOG.debug("heatlens %s, Python %s, %s", __version__, version, platform.platform())
+    LOG.debug("command: %s", printable(" ".join(sys.argv)))
 
 
 _BEGUN_S = time.perf_counter()

@@ -57,6 +57,7 @@ def run(args: argparse.Namespace) -> int:
 def _contents(args: argparse.Namespace) -> Iterator[tuple[str, bytes]]:
     """Yield the name and the content of each file of the report."""
     if not args.no_doctor:
+        print_messages("heatlens doctor checks this machine, which takes a minute or more")
         yield "doctor.txt", _output_of("doctor")
     for number, plate in enumerate(args.plates, 1):
         yield f"info_{number}.txt", _output_of("info", plate)
