@@ -53,11 +53,11 @@ def test_shot_new_rejects_impossible_pupil_offset(make_shot):
 
 
 def test_lens_words_give_focus_from_film_plane(tmp_path, capsys, monkeypatch):
-    from heatlens.fronts.commands.options.lens_options import lens_text
+    from heatlens.fronts.commands.options.lens_options import lens_words
 
     lens = Lens(50.0, 2.0, 2.0, 36.0, measured_from=MeasuredFrom.FILM, pupil_offset_mm=120.0)
     names = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m", "model")
-    assert "focus 2.12 m" in lens_text(lens, dict.fromkeys(names, "given"))
+    assert "focus 2.12 m" in lens_words("lens", lens, dict.fromkeys(names, "given"))
 
 
 @pytest.mark.parametrize(
