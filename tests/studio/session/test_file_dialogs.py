@@ -148,6 +148,7 @@ def test_each_dialog_purpose_lists_its_file_suffixes():
         "save",
         "sheet",
         "save shot",
+        "save reel",
     }
     for purpose in PURPOSES.values():
         assert purpose.suffixes and all(s == s.lower() and s[0] == "." for s in purpose.suffixes)
@@ -178,7 +179,9 @@ def test_only_open_may_be_chosen_without_an_open_picture(tmp_path):
 
 
 def test_dialogs_begin_beside_the_plate_or_in_the_last_folder(session, files, tmp_path):
-    assert all(map(files.may_choose, PURPOSES))
+    assert [key for key in PURPOSES if not files.may_choose(key)] == [
+        "save reel"
+    ]  # no reel is open
     for key in ("open", "save", "save shot"):
         assert files.first_folder(key) == tmp_path
     assert files.first_name("save") == f"walls.{FIRST}.dof.exr"
@@ -203,7 +206,8 @@ def test_open_dropped_pairs_picture_with_its_depth_file(session, files, tmp_path
     )
     assert session.editing.shot.plate_options.depth_source == str(tmp_path / "hero_depth.exr")
     files.open_dropped([str(tmp_path / f"walls.{FIRST}.exr"), "a.txt"])
-    run_until(session, lambda: "walls" in session.editing.shot.source, "the first one")
+    run_until(session, lambda: "a.txt" in session.messages.text, "the reason")
+    assert session.editing.shot.source == str(tmp_path / "hero.exr")
 
 
 def test_take_opens_plate_adds_plate_behind_or_saves_shot(session, files, tmp_path):

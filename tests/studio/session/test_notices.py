@@ -16,7 +16,7 @@ from heatlens.media.documents.reel_file import write_reel
 from heatlens.media.documents.shot_file import write_shot
 from heatlens.media.plate.estimate import trusted
 from heatlens.media.sequence.folder_walk import ChosenFile
-from heatlens.studio.session.files import open_reel
+from heatlens.studio.session.files import reel_reading
 from heatlens.studio.settings.file_purposes import PURPOSES
 from support.evening import FIRST, begin_session, run_until, run_until_settled, write_plates
 from support.exr_files import write_file
@@ -65,7 +65,7 @@ def test_missing_shots_of_a_cut_are_looked_for_in_another_folder(session, tmp_pa
         folders.extend(options.folders)
         return Reel("cut", shots[:1])
 
-    monkeypatch.setattr(open_reel, "read_reel", read_reel)
+    monkeypatch.setattr(reel_reading, "read_reel", read_reel)
     chosen_file = ChosenFile(PURPOSES["media"], tmp_path / "media" / "s2.0001.exr")
     session.files.commands.apply_choice(chosen_file)
     run_until(session, lambda: len(session.files.reel.reel.shots) == 1, "the reel once more")
