@@ -58,14 +58,15 @@ out vec4 out_light;
 #define SAME_COC_PX 1.0
 #define SAME_COC_SHARE 0.25
 
-// Of the four pixels around a position: the coordinates to gather them at, their coc, the least of these, and their
-// bilinear weights, in the order of textureGather. GPUs round the gather position; the corner shared by the four texels
+// Of the four pixels around a position: the coordinates to gather them at, their coc, that of these which is closest to
+// the coc `level`, and their bilinear weights, in the order of textureGather. GPUs round the gather position; the corner shared by the four texels
 // makes the gathered texels match the weights.
 vec2 gather_position(vec2 at) { return (floor(at - 0.5) + 1.0) / vec2(textureSize(coc_tx, 0)); }
 vec4 cocs_around(vec2 at) { return textureGather(coc_tx, gather_position(at)); }
-float least_around(vec2 at) {
-    vec4 cocs = cocs_around(at);
-    return min(min(cocs.x, cocs.y), min(cocs.z, cocs.w));
+float coc_around(vec2 at, float level) {
+    vec4 cocs = cocs_around(at), gaps = abs(cocs - level);
+    float low = gaps.x < gaps.y ? cocs.x : cocs.y, high = gaps.z < gaps.w ? cocs.z : cocs.w;
+    return abs(low - level) < abs(high - level) ? low : high;
 }
 vec4 weights_around(vec2 at) {
     vec2 high = fract(at - 0.5), low = 1.0 - high;
@@ -96,9 +97,10 @@ float same_px(Ray ray, float met) { return max(SAME_COC_PX, SAME_COC_SHARE * (ra
 // The coc in the middle of a step.
 float level_at(Ray ray, int step) { return ray.start - (float(step) + 0.5) * ray.step_px; }
 
-// 1 for each of the four surrounding pixels with a surface at the coc `met`.
+// 1 for each of the four surrounding pixels with a surface at the coc `met`. Beside the edge of a nearer surface it is
+// taken to go on behind that: otherwise light would pass in a line of specks.
 vec4 hits_around(Ray ray, vec2 at, float met) {
-    return step(abs(cocs_around(at) - met), vec4(same_px(ray, met)));
+    return step(cocs_around(at) - met, vec4(same_px(ray, met)));
 }
 
 #ifdef LISTS
@@ -141,7 +143,7 @@ float hidden_by_lists(Ray ray, uint listed_steps, uint mixed_steps) {
         float coc = fragment_of(min(i, max(list.end, 1u) - 1u)).coc;
         bool is_reached = is_listed && i < list.end && coc < ray.start && coc <= level + ray.step_px;
         bool is_needed = is_listed ? is_reached && coc >= level - ray.step_px : mixed_steps != 0u;
-        float met = is_listed ? coc : least_around(crossing(ray, level)), same = same_px(ray, met);
+        float met = is_listed ? coc : coc_around(crossing(ray, level), level), same = same_px(ray, met);
         vec2 at = crossing(ray, met);
         float low = is_listed ? met - same : -1e30, high = is_listed ? met + same : ray.start;
         vec4 covers = covers_around(at, low, high, !is_listed, is_needed);
@@ -176,7 +178,7 @@ float hidden_share(vec2 at, vec2 center, float coc) {
         float level = level_at(ray, k);
         vec2 crossed = crossing(ray, level);
         is_inside = is_inside && !is_outside(crossed) && level + ray.step_px >= may_meet_px;
-        float met = least_around(crossed);
+        float met = coc_around(crossed, level);
         if (is_inside && met < start && abs(met - level) <= ray.step_px) visible_steps |= 1u << k;
 #ifdef LISTS
         float first = texelFetch(kind_tx, inside(crossed), 0).g;
@@ -185,7 +187,7 @@ float hidden_share(vec2 at, vec2 center, float coc) {
     } while (is_inside && ++k < steps);
     // Second loop: examine the steps with a visible surface, at the position where the ray crosses its depth.
     do {
-        float met = least_around(crossing(ray, level_at(ray, lowest_bit(visible_steps))));
+        float level = level_at(ray, lowest_bit(visible_steps)), met = coc_around(crossing(ray, level), level);
         vec2 crossed = crossing(ray, met);
         float hit = dot(hits_around(ray, crossed, met), weights_around(crossed));
         uint step_bit = visible_steps & (~visible_steps + 1u);  // the lowest bit; 0 in the one round without any

@@ -5,8 +5,9 @@ import pytest
 
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.core.model.shot.shot import Shot
+from heatlens.media.plate.behind import with_behind
 from heatlens.render.frame_renderer import FrameRenderer
-from support.plates import FAR_M, FOCUS_M, lens_blurring, plate_of
+from support.plates import FAR_M, FOCUS_M, Image, lens_blurring, plate_of
 
 SIDE, FINE = 96, 8
 WALL, LAMP = 0.02, 100.0
@@ -37,3 +38,22 @@ def test_sharp_lamp_keeps_its_light(renderer: FrameRenderer, radius_px, quality)
     light = float((grey - WALL).sum())
     assert found[near].sum() == pytest.approx(light, rel=0.005)
     assert np.abs(found[~near]).sum() < 0.005 * light
+
+
+def test_hidden_lamp_leaves_no_specks_at_edge_of_card_before_another(ctx, renderer):
+    """Two cards before the focus hide the lamp; the nearer one ends amid the farther one."""
+    height, width = 96, 128
+    y, x = np.mgrid[:height, :width]
+    nearer = x + 0.6 * y < 90
+    color = np.where(nearer, 0.2, 0.4).astype(np.float32)[..., None].repeat(3, -1)
+    depth_m = np.where(nearer, np.float32(0.8), np.float32(1.3))
+    farther = plate_of(np.full_like(color, 0.4), np.full_like(depth_m, 1.3))
+
+    def picture(lamp: float) -> Image:
+        wall = np.full_like(color, 0.1)
+        wall[46:50, 62:66] = lamp
+        behind = [farther, plate_of(wall, np.full_like(depth_m, FAR_M))]
+        renderer.load(with_behind(plate_of(color, depth_m), behind))
+        return renderer.pixels(Shot(lens_blurring(20.0, width), DefocusSettings()))[..., :3].copy()
+
+    np.testing.assert_allclose(picture(lamp=200.0), picture(lamp=0.1), atol=0.02)
