@@ -102,7 +102,8 @@ class FakeProgram(d.LinkedCompute, d.LinkedDraw, d.LinkedArray):
 class FakeDevice(FakeMemory, d.Device):
     """A device that claims to be a GPU."""
 
-    name, vendor, version, is_software, error = "a list", "nobody", "1", False, ""
+    library, name, vendor, version = "lists", "a list", "nobody", "1"
+    is_software, error = False, ""
     limits = d.Limits(16384, 1 << 30, 1024)
 
     def __init__(self) -> None:

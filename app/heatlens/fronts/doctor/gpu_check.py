@@ -77,8 +77,10 @@ class Gpu:
         }
         limit_texts = ", ".join(f"{_LIMITS[name]} {value}" for name, value in limits.items())
         kind = "on the processor" if details["is_software"] else "on a GPU"
-        message = f"{details['renderer']}, OpenGL {details['version']}, {kind}; {limit_texts}"
-        yield Finding(name="OpenGL", state="ok", said=message, details=details)
+        message = (
+            f"{details['renderer']}, {device.library} {details['version']}, {kind}; {limit_texts}"
+        )
+        yield Finding(name=device.library, state="ok", said=message, details=details)
 
     def shaders(self) -> Iterator[Finding]:
         """Build every shader in every variant."""
@@ -114,8 +116,8 @@ class Gpu:
         """Report whether the previous checks left an error in OpenGL."""
         error = self.ctx.error
         if error:
-            raise GpuError(f"OpenGL reports an error: {error}.")
-        yield Finding(name="OpenGL errors", state="ok", said="none")
+            raise GpuError(f"{self.ctx.library} reports an error: {error}.")
+        yield Finding(name=f"{self.ctx.library} errors", state="ok", said="none")
 
 
 def shader_steps() -> list[str]:

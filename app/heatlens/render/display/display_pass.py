@@ -4,6 +4,7 @@ from collections import OrderedDict
 
 import numpy as np
 
+from heatlens.media.color.view_table import as_table, has_loops
 from heatlens.media.color.view_transform import Lut, ViewTransform, srgb_transform
 from heatlens.render.gpu.device import Device, Image, Sampling, Texture, Texture3D
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
@@ -17,6 +18,8 @@ class _BuiltTransform:
     """A transform on the GPU: its tables, and a program for each shader that was used."""
 
     def __init__(self, ctx: Device, transform: ViewTransform) -> None:
+        if not ctx.runs_generated_loops and has_loops(transform):
+            transform = as_table(transform)
         self._ctx = ctx
         self._functions = transform.glsl
         self._programs: dict[str, ComputeProgram] = {}

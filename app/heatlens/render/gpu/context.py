@@ -104,7 +104,7 @@ def check_plate_fits(ctx: Device, width: int, height: int) -> None:
     limit = ctx.limits.texture_side_px
     if max(width, height) > limit:
         raise GpuError(
-            f"The plate is {width}x{height}; this OpenGL ({ctx.name}) takes at most "
+            f"The plate is {width}x{height}; this {ctx.library} ({ctx.name}) takes at most "
             f"{limit} pixels a side. Scale it down first."
         )
 
@@ -118,7 +118,7 @@ def check_texture_fits(ctx: Device, picture: tuple[int, int], needed: tuple[int,
     if max(needed) > limit:
         raise GpuError(
             f"Blurring a picture of {picture[0]}x{picture[1]} needs a texture of {needed[0]}x"
-            f"{needed[1]}; this OpenGL takes {limit} pixels a side. A smaller --proxy fits."
+            f"{needed[1]}; this {ctx.library} takes {limit} pixels a side. A smaller --proxy fits."
         )
 
 
@@ -130,8 +130,8 @@ def check_work_fits(ctx: Device, width: int, height: int) -> None:
     list_limit = ctx.limits.storage_block_bytes // 4 - 4  # a word a pixel
     if width * height > list_limit:
         raise GpuError(
-            f"The picture has {width * height / 1e6:.1f} million pixels; this OpenGL's storage "
-            f"blocks hold {list_limit / 1e6:.1f} million. A smaller --proxy fits."
+            f"The picture has {width * height / 1e6:.1f} million pixels; this {ctx.library}'s "
+            f"storage blocks hold {list_limit / 1e6:.1f} million. A smaller --proxy fits."
         )
     need, free = width * height * BYTES_PER_PIXEL, free_memory_bytes()
     if free is not None and is_software(ctx) and need > free:
@@ -149,6 +149,6 @@ def check_storage_fits(ctx: Device, size_bytes: int, content: str) -> None:
     limit = ctx.limits.storage_block_bytes
     if size_bytes > limit:
         raise GpuError(
-            f"There are {size_bytes / 1e6:.0f} MB of {content}; this OpenGL's storage blocks hold "
-            f"{limit / 1e6:.0f} MB. A smaller picture or fewer surfaces fit."
+            f"There are {size_bytes / 1e6:.0f} MB of {content}; this {ctx.library}'s storage "
+            f"blocks hold {limit / 1e6:.0f} MB. A smaller picture or fewer surfaces fit."
         )

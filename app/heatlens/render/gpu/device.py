@@ -294,12 +294,16 @@ class Timer(AbstractContextManager["Timer"]):
 class Device(ABC):
     """Makes textures, buffers, programs and targets, and issues work to one GPU or rasterizer.
 
+    library                the graphics library, for messages
     name, vendor, version  of the driver
     is_software            a rasterizer on the processor: no fast memory, and timers are wrong; a
                            test may set it to False to have what a GPU would get
     error                  the driver's error since the last time this was read; "" for none
+    runs_generated_loops   False where loops of GLSL that is not ours may never end
     """
 
+    runs_generated_loops = True
+    library: str
     name: str
     vendor: str
     version: str

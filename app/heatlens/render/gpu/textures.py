@@ -25,7 +25,8 @@ def _check_memory(ctx: Device, resource: str) -> None:
     error = ctx.error
     if error:
         raise GpuError(
-            f"OpenGL could not make {resource} ({error}). A smaller --proxy needs less memory."
+            f"{ctx.library} could not make {resource} ({error}). "
+            "A smaller --proxy needs less memory."
         )
 
 

@@ -59,6 +59,8 @@ _COMPARISONS = {
 class GlDevice(Device):
     """A context of OpenGL; `Device` says what its methods do."""
 
+    library = "OpenGL"
+
     def __init__(self, raw: moderngl.Context) -> None:
         self.raw: Any = raw  # the stub of moderngl misses what it takes
         info = raw.info

@@ -11,7 +11,6 @@ The shaders are one text for both devices. What differs is changed here, in the 
 - OpenGL's clip space has y upwards from row 0, and depths from -1 to 1.
 """
 
-import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -25,7 +24,7 @@ TEXTURE, SAMPLER = "_texture", "_sampler"  # endings of the two names that a sam
 _SAMPLER = re.compile(r"\buniform\s+([iu]?)sampler(2D|2DArray|3D)(Shadow|)\s+([^;]+);")
 _IMAGE = re.compile(r"^(?:layout\((\w+)\) )?(.*\buniform\s+.*\b[iu]?image2D\w*\s+)(\w+)\s*;", re.M)
 _ACCESS = re.compile(r"\b(?:writeonly|restrict|coherent)\s+")
-_BUFFER = re.compile(r"^layout\(std430\) (.*\bbuffer\s+\w+\s*\{)", re.M)
+_BUFFER = re.compile(r"^layout\(std430\) (.*\bbuffer\s+(\w+)\s*\{)", re.M)
 _EARLY = re.compile(r"\blayout\s*\(\s*early_fragment_tests\s*\)\s*in\s*;")
 _VARYING = {
     "vert": re.compile(r"^((?:flat |centroid )?out \w+ (\w+);)", re.M),
@@ -73,7 +72,7 @@ class _Translation:
 
     def __init__(self, sources: Mapping[Stage, ShaderSource], formats: Mapping[str, str]) -> None:
         self._sources, self._formats = sources, formats
-        self._bindings = itertools.count(1)
+        self._bindings: dict[str, int] = {}  # by name: what both stages have is one binding
         vertex = sources["vert"].text if "vert" in sources else ""
         names = dict.fromkeys(match[2] for match in _VARYING["vert"].finditer(vertex))
         # of what vertices hand to fragments
@@ -96,23 +95,25 @@ class _Translation:
         lines = []
         for name in (word.strip() for word in names.split(",")):
             lines += [
-                f"{self._layout()} uniform {number}texture{shape} {name}{TEXTURE};",
-                f"{self._layout()} uniform sampler{shadow} {name}{SAMPLER};",
+                f"{self._layout(name + TEXTURE)} uniform {number}texture{shape} {name}{TEXTURE};",
+                f"{self._layout(name + SAMPLER)} uniform sampler{shadow} {name}{SAMPLER};",
                 f"#define {name} {number}sampler{shape}{shadow}({name}{TEXTURE}, {name}{SAMPLER})",
             ]
         return "\n".join([*lines, ""])
 
     def _image(self, match: re.Match[str]) -> str:
         """Return the declaration of an image with its format and binding."""
-        return f"{self._layout(match[1] or self._formats[match[3]])} {match[2]}{match[3]};"
+        format_ = match[1] or self._formats[match[3]]
+        return f"{self._layout(match[3], format_)} {match[2]}{match[3]};"
 
     def _buffer(self, match: re.Match[str]) -> str:
         """Return the head of a storage block with its binding."""
-        return f"{self._layout('std430')} {_ACCESS.sub('', match[1])}"
+        return f"{self._layout(match[2], 'std430')} {_ACCESS.sub('', match[1])}"
 
-    def _layout(self, *words: str) -> str:
-        """Return a layout with the next binding."""
-        return f"layout({', '.join([*words, f'binding = {next(self._bindings)}'])})"
+    def _layout(self, name: str, *words: str) -> str:
+        """Return the layout of an input, with its binding."""
+        number = self._bindings.setdefault(name, len(self._bindings) + 1)
+        return f"layout({', '.join([*words, f'binding = {number}'])})"
 
     def _varying(self, match: re.Match[str]) -> str:
         """Return the declaration of what vertices hand to fragments, with its location."""

@@ -68,6 +68,10 @@ Made = TypeVar("Made", bound=Sampled)
 class WgDevice(Device):
     """A device of wgpu."""
 
+    # Translated by naga, the search loops of OpenColorIO's ACES 2.0 did not end on lavapipe.
+    runs_generated_loops = False
+    library = "wgpu"
+
     def __init__(self, adapter: Any, fills_nan: bool = False) -> None:
         info, limits = adapter.info, adapter.limits
         self.raw: Any = adapter.request_device_sync(
