@@ -305,7 +305,7 @@ class FrameRenderer:
         """Raise GpuError if this machine cannot blur a picture of `size` (width, height)."""
         if size != self._checked_size:
             check_work_fits(self.ctx, *size)
-            check_texture_fits(self.ctx, size, self.solver.between_size(size))
+            check_texture_fits(self.ctx, size, self.solver.size_between_axes(size))
             self._checked_size = size
 
     def set_layer_callback(self, on_layer: LayerCallback | None) -> None:

@@ -53,7 +53,7 @@ def run_blur(
     upload(diameter, coc)
     targets = BlurTargets(
         new_array(
-            ctx, solver.between_size((width, height)), pole_layers(kernel, storage), 4, storage
+            ctx, solver.size_between_axes((width, height)), pole_layers(kernel, storage), 4, storage
         ),
         new_texture(ctx, (width, height), 4),
     )

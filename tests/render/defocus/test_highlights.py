@@ -65,7 +65,7 @@ class RenderedLamps:
         sizes = HighlightBuffers.sizes(size)
         self.buffers = HighlightBuffers(**{k: ctx.buffer(reserve=v) for k, v in sizes.items()})
         self._passes, half = passes_of(ctx), blocks_for(size, 2)
-        poles = new_array(ctx, self._passes.solver.between_size(half), 1, 4, PACKED)
+        poles = new_array(ctx, self._passes.solver.size_between_axes(half), 1, 4, PACKED)
         scratch = Surroundings(
             luminance=new_texture(ctx, half, 4),
             coc=new_texture(ctx, half, 1),

@@ -104,7 +104,7 @@ def blur_plate(
     upload(coc, plate.coc)
     upload(out, np.full((*plate.coc.shape, 4), UNTOUCHED))
     layers = pole_layers(kernel, storage)
-    poles = new_array(ctx, solver.between_size(size), layers, 4, storage)
+    poles = new_array(ctx, solver.size_between_axes(size), layers, 4, storage)
     poles.write(b"\xff" * (poles.width * poles.height * layers * 16))
     BlurPass(solver).run(Diffusion(color, coc, kernel, (1.0, 1.0)), BlurTargets(poles, out), mask)
     return download(out)

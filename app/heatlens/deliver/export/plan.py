@@ -235,7 +235,7 @@ def _output_facts(job: ExportJob) -> dict[str, object]:
             "half": not options.is_float,
             **rate_fact,
             **exr_facts,
-            **_newer_options(job, EXR),
+            **_options_added_later(job, EXR),
         }
     return {
         "kind": job.output.suffix,
@@ -250,11 +250,11 @@ def _output_facts(job: ExportJob) -> dict[str, object]:
             if display_settings.guides != NO_GUIDES
             else {}
         ),
-        **_newer_options(job, LOOK),
+        **_options_added_later(job, LOOK),
     }
 
 
-def _newer_options(job: ExportJob, group: str) -> dict[str, object]:
+def _options_added_later(job: ExportJob, group: str) -> dict[str, object]:
     """Return the options of a group that are not at their default, without those of version 1.
 
     Fingerprints of the first version contain only `_FIRST_FIELDS`.

@@ -208,5 +208,6 @@ def _cost_of_run(events: Sequence[tuple[float, Event]], memory_bytes: int) -> Me
     if not frame_ends_s or last_event["event"] != "end":
         reason = last_event.get("message", "it was killed, as systems do when memory runs out")
         raise InputError(f"The first frame, which shows what a task needs, failed: {reason}")
+    # two frames are rendered: the time of the second one does not hold the start
     frame_s = frame_ends_s[-1] - frame_ends_s[0] if len(frame_ends_s) > 1 else frame_ends_s[0]
     return MeasuredCost(frame_ends_s[0], frame_s, memory_bytes)

@@ -177,12 +177,12 @@ def _write_file(args: argparse.Namespace, camera: CameraSamples) -> None:
         camera = with_renderer_f_stop(camera)
     unit = args.meters_per_unit
     unit_m = None if unit is None else parse_scene_unit_m(unit)
-    write_camera(args.output, camera, unit_m, _holds_inverse(args.source))
+    write_camera(args.output, camera, unit_m, _has_inverse_depth(args.source))
     print_messages(*camera.notes, *unsupported_notes(args.output, camera))
     print_result(str(args.output))
 
 
-def _holds_inverse(source: str) -> bool:
+def _has_inverse_depth(source: str) -> bool:
     """Return True for a shot whose plate holds 1/z."""
     if not is_shot_file(source):
         return False

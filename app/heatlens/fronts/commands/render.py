@@ -29,7 +29,7 @@ from heatlens.fronts.commands.options.pinhole_output import (
     render_pinhole_plate,
 )
 from heatlens.fronts.commands.output.picture_progress import picture_progress
-from heatlens.fronts.commands.output.pipes import DASH, file_for_output, file_of_input
+from heatlens.fronts.commands.output.pipes import DASH, file_for_output, stdin_as_file
 from heatlens.fronts.commands.output.say import print_messages, print_result
 from heatlens.fronts.commands.sources.source_commands import commands_for
 from heatlens.media.color.color_config import load_color_config
@@ -110,7 +110,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Read, render and write a picture; print all decisions."""
     is_piped = str(args.output) == DASH
-    with file_of_input(args.plate) as plate, file_for_output(args.output) as output:
+    with stdin_as_file(args.plate) as plate, file_for_output(args.output) as output:
         args.plate, args.output = plate, output
         _render(args)
     if not is_piped:

@@ -34,7 +34,7 @@ from heatlens.fronts.commands.options.scene_options import (
     given_timing,
 )
 from heatlens.fronts.commands.options.shot_camera import add_camera_option, read_checked_camera
-from heatlens.fronts.commands.output.pipes import DASH, file_of_input
+from heatlens.fronts.commands.output.pipes import DASH, stdin_as_file
 from heatlens.fronts.commands.output.say import print_messages, print_result
 from heatlens.media.documents.reel_file import is_reel
 from heatlens.media.documents.shot_file import is_shot_file, read_shot
@@ -134,7 +134,7 @@ def run(args: argparse.Namespace) -> int:
     Without arguments and without a display, example pictures are rendered instead.
     """
     if args.plate == DASH:
-        with file_of_input(Path(DASH)) as plate:  # read to its end before the window opens
+        with stdin_as_file(Path(DASH)) as plate:  # read to its end before the window opens
             args.plate = str(plate)
             return _open(args)
     if _open_in_running_window(args):

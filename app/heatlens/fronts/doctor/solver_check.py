@@ -39,7 +39,7 @@ def _blur_on_gpu(
 ) -> FloatArray:
     """Return the blur of `color` (H, W, 4) with `coc` (H, W), computed on the GPU by `solver`."""
     color_tx, coc_tx, blurred_tx = (new_texture(ctx, _SIZE, count) for count in (4, 1, 4))
-    poles = new_array(ctx, solver.between_size(_SIZE), pole_layers(kernel, "f4"), 4)
+    poles = new_array(ctx, solver.size_between_axes(_SIZE), pole_layers(kernel, "f4"), 4)
     upload(color_tx, color)
     upload(coc_tx, coc)
     diffusion = Diffusion(color=color_tx, coc=coc_tx, kernel=kernel, axis_scales=(1.0, 1.0))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from heatlens.core.base.extras import extra
 from heatlens.fronts.commands.options.value_types import parse_finite, parse_positive
-from heatlens.fronts.commands.output.pipes import file_of_input
+from heatlens.fronts.commands.output.pipes import stdin_as_file
 from heatlens.fronts.commands.output.say import print_messages
 from heatlens.lab.measure.compared_pictures import (
     Picture,
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
     """Compare two files; the exit code says whether all limits are met."""
     if args.difference is not None:
         check_is_png(args.difference)
-    with file_of_input(args.result) as path:
+    with stdin_as_file(args.result) as path:
         result_picture = read_picture(path)
     result, truth = _shared_pixels(result_picture, read_picture(args.truth))
     scores = score(result, truth)

@@ -15,7 +15,7 @@ from heatlens.fronts.commands.options.frame_command import add_frame_options, ch
 from heatlens.fronts.commands.options.given_options import refuse_unused_options
 from heatlens.fronts.commands.options.value_types import parse_positive, parse_whole_number
 from heatlens.fronts.commands.output.picture_progress import view_progress
-from heatlens.fronts.commands.output.pipes import file_of_input
+from heatlens.fronts.commands.output.pipes import stdin_as_file
 from heatlens.fronts.commands.output.say import print_messages, print_result
 from heatlens.fronts.commands.sources.source_commands import commands_for
 from heatlens.lab.measure.compared_pictures import Picture, read_picture
@@ -104,7 +104,7 @@ def _add_blur_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Check the request, then render, measure and write, and print messages."""
-    with file_of_input(args.plate) as plate:
+    with stdin_as_file(args.plate) as plate:
         args.plate = plate
         _study(args)
     print_result(str(args.output / PAGE))

@@ -66,7 +66,10 @@ def breathing_notes(lens: Lens, plate: Plate | None) -> tuple[str, ...]:
 
 
 def _lens_doubts(plate: Plate, lens: Lens, scene_unit_m: float, is_strict: bool) -> tuple[str, ...]:
-    """Return sentences on doubts about a lens for the depths of a plate that has distances."""
+    """Return sentences on doubts about a lens for the depths of a plate that has distances.
+
+    Raises InputError for the first one if `is_strict`.
+    """
     if not plate.has_distances:
         return ()
     return _doubt_sentences(plate, find_doubts(lens, depth_span(plate, scene_unit_m)), is_strict)

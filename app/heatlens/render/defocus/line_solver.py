@@ -133,7 +133,7 @@ class LineSolver(ABC):
             self._solve_band(Band(system, axis, length, count, band_bindings, tiles))
             yield
 
-    def between_size(self, size: tuple[int, int]) -> tuple[int, int]:
+    def size_between_axes(self, size: tuple[int, int]) -> tuple[int, int]:
         """Return the size of the intermediate texture between rows and columns."""
         if not self._STRIPS:
             return size

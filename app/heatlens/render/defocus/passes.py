@@ -69,5 +69,5 @@ class DefocusPasses:
 
         `name` is its name in `scratch`.
         """
-        between = self.solver.between_size(picture_size)
+        between = self.solver.size_between_axes(picture_size)
         return scratch.array(name, between, pole_layers(kernel), 4, PACKED)

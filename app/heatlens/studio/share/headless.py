@@ -13,8 +13,8 @@ from heatlens.render.rendered_frames.screen_work import CachedFrame
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.loop_turn import LoopTurn
 from heatlens.studio.board.session import Session
+from heatlens.studio.share.session_publisher import DisplayedPicture, SessionPublisher
 from heatlens.studio.share.shared import SharedSession
-from heatlens.studio.share.tap import DisplayedPicture, Tap
 
 _SHORTEST_SLEEP_S = 0.004  # shortest sleep
 _STILL_PX = 320
@@ -39,7 +39,7 @@ class HeadlessLoop:
         self._wake_event = wake_event
         self.board = Board(session, self._still_of_picture)
         self._cached_screen = session.time.frames_ahead.screen
-        self._tap = Tap(session, self.board, shared)
+        self._publisher = SessionPublisher(session, self.board, shared)
         self._loop_turn = LoopTurn(session)
 
     def run(self, is_over: Callable[[], bool]) -> None:
@@ -61,7 +61,7 @@ class HeadlessLoop:
                 self._make_turn()
         except HeatlensError as error:
             self._session.show_error(error)
-            self._tap.publish(None, lambda: None)
+            self._publisher.publish(None, lambda: None)
             self._wake_event.wait(_ERROR_PAUSE_S)
 
     def _make_turn(self) -> None:
@@ -101,7 +101,9 @@ class HeadlessLoop:
             documents.answer(recovers=True)
 
     def _publish(self) -> None:
-        self._tap.publish(self._tap.key(self._screen.transform_version), self._displayed_picture)
+        self._publisher.publish(
+            self._publisher.key(self._screen.transform_version), self._displayed_picture
+        )
 
     def _displayed_picture(self) -> DisplayedPicture | None:
         """Return the picture as the window would show it; None while there is none."""
@@ -142,5 +144,5 @@ class HeadlessLoop:
         is_working, turn = self._session.time.scheduler.is_working, self._loop_turn
         if is_working or turn.has_due_frame or self._shared.has_messages:
             return
-        wait_s = turn.seconds_to_sleep(self._tap.seconds_until_needed())
+        wait_s = turn.seconds_to_sleep(self._publisher.seconds_until_needed())
         self._wake_event.wait(None if wait_s is None else max(wait_s, _SHORTEST_SLEEP_S))

@@ -8,8 +8,8 @@ from heatlens.core.base.errors import HeatlensError
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.session import Session
 from heatlens.studio.share.address import Role
+from heatlens.studio.share.session_publisher import DisplayedPicture, SessionPublisher
 from heatlens.studio.share.sharing import Sharing, qr_code_rows
-from heatlens.studio.share.tap import DisplayedPicture, Tap
 from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 
@@ -28,7 +28,7 @@ class WindowSharing:
         self._session = session
         self.sharing = sharing
         self._board = board
-        self._tap = Tap(session, self._board, sharing.shared)
+        self._publisher = SessionPublisher(session, self._board, sharing.shared)
         self._server_messages: deque[str] = deque()  # messages of the server's thread
         self._opens_popup = sharing.is_on
 
@@ -59,12 +59,12 @@ class WindowSharing:
             windows = pictures.data_window, pictures.display_window
             return DisplayedPicture(pictures.a, *windows, pictures.detail, pictures.overlay)
 
-        self._tap.publish(self._tap.key(transform_version), shared_picture)
+        self._publisher.publish(self._publisher.key(transform_version), shared_picture)
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds that the loop may sleep; None for as long as it likes."""
         has_holder = self.sharing.is_on and self.sharing.shared.hands.holder
-        waits_s = (self._tap.seconds_until_needed(), _UPDATE_S if has_holder else None)
+        waits_s = (self._publisher.seconds_until_needed(), _UPDATE_S if has_holder else None)
         return min((wait_s for wait_s in waits_s if wait_s is not None), default=None)
 
     # Drawing

@@ -15,7 +15,7 @@ DASH = "-"
 
 
 @contextmanager
-def file_of_input(path: Path) -> Iterator[Path]:
+def stdin_as_file(path: Path) -> Iterator[Path]:
     """Yield `path`; for `-` a temporary file with the content of standard input.
 
     Raises InputError if it is not a picture, or if standard input is a terminal.

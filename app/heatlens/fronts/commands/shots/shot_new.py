@@ -36,7 +36,7 @@ from heatlens.fronts.commands.options.shot_camera import (
     read_given_camera,
 )
 from heatlens.fronts.commands.options.value_types import parse_number
-from heatlens.fronts.commands.output.pipes import DASH, file_of_input
+from heatlens.fronts.commands.output.pipes import DASH, stdin_as_file
 from heatlens.fronts.commands.output.plate_words import first_plate, print_shot_doubts
 from heatlens.fronts.commands.output.say import print_messages, print_result
 from heatlens.fronts.commands.shots.following import (
@@ -157,7 +157,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _piped_shot(args: argparse.Namespace) -> Shot:
     """Return the shot of a plate on standard input, which has no name to find it again."""
-    with file_of_input(Path(DASH)) as plate:
+    with stdin_as_file(Path(DASH)) as plate:
         shot = make_shot(argparse.Namespace(**{**vars(args), "plate": str(plate)}))
     print_messages(
         "standard input has no file name, so the shot has no plate: give one with `heatlens "

@@ -14,7 +14,7 @@ from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
 from heatlens.fronts.commands.options.kit_options import shot_with_kit
 from heatlens.fronts.commands.options.lens_options import lens_of, plate_options
-from heatlens.fronts.commands.output.pipes import file_of_input
+from heatlens.fronts.commands.output.pipes import stdin_as_file
 from heatlens.fronts.commands.output.plate_words import print_plate_notes
 from heatlens.fronts.commands.output.progress_line import progress_line
 from heatlens.fronts.commands.output.say import print_messages
@@ -102,7 +102,7 @@ class PlateCommands(SourceCommands):
         """Return the contents of the file, and how it would be read."""
         from heatlens.media.plate.inspection import inspect
 
-        with file_of_input(Path(text)) as path:
+        with stdin_as_file(Path(text)) as path:
             facts = inspect(path, plate_options(args))
         return facts, plate_lines(facts)
 

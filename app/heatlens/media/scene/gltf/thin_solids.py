@@ -8,7 +8,7 @@ from heatlens.media.scene.gltf.json_values import Record
 from heatlens.media.scene.point_cloud import POINTS_MOST, make_point_solids
 from heatlens.media.scene.primitives import make_tubes
 
-POINTS, LINES, LOOP, STRIP = range(4)  # modes of a primitive
+POINTS, LINES, LOOP, STRIP, TRIANGLES = range(5)  # modes of a primitive, the last the usual one
 # Positions (V, 3), triangles (T, 3), and the vertex of the file of each position (V,).
 Solids = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]
 
@@ -23,7 +23,7 @@ def count_thin_corners(gltf: GltfFile) -> int:
         _corner_count(gltf, primitive)
         for mesh in gltf.top_level("meshes")
         for primitive in mesh.records("primitives")
-        if primitive.whole_number("mode", STRIP + 1) <= STRIP
+        if primitive.whole_number("mode", TRIANGLES) <= STRIP
     )
 
 

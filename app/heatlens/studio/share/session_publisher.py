@@ -120,7 +120,7 @@ _REST_S = 0.25  # a picture that is unchanged for this long is sent without loss
 # The loop that owns the GPU publishes state and picture, since no other thread may draw or read a
 # texture. A picture is read from the GPU only if some client can take one now. If no client could
 # take it when it was new, it is read as soon as one can, see `is_behind`.
-class Tap:
+class SessionPublisher:
     """Publishes state and picture of a session; the loop that owns the GPU calls it."""
 
     def __init__(self, session: Session, board: Board, shared: SharedSession) -> None:
