@@ -15,6 +15,7 @@ from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.view.orbit import dolly_camera, orbit_camera, pan_camera, pivot_of
 from heatlens.media.scene.scene import SceneCamera
 from heatlens.media.scene.scene_bounds import (
+    _CLOSEST_PART,
     bounds_m,
     corners_m,
     first_framing,
@@ -151,6 +152,8 @@ def test_frame_points_fits_all_points_to_the_margin(start, aspect, points, is_tu
     view = view_of(pose, LENS, size, bounds)
     clip = np.c_[points, np.ones(len(points))] @ view.clip_from_world.T
     assert (clip[:, 3] > 0).all()
+    # where a point near the axis keeps the camera away, the margin is wider
+    assume(clip[:, 3].min() > 1.01 * _CLOSEST_PART * np.ptp(sides, axis=0).max())
     assert np.abs(clip[:, :2] / clip[:, 3:]).max() == pytest.approx(1 / 1.15, rel=1e-6)
     middle = pose.world_to_camera @ (*bounds.mean(axis=0), 1.0)
     np.testing.assert_allclose(middle[:2], 0, atol=1e-6)
