@@ -29,6 +29,7 @@ def words_of_system(request, monkeypatch) -> str:
             raise OSError("no /etc/os-release")
         return release
 
+    monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(system_packages, "sys", SimpleNamespace(platform=platform))
     monkeypatch.setattr(
         system_packages, "platform", SimpleNamespace(freedesktop_os_release=read_release)
@@ -45,6 +46,13 @@ def test_advice_names_packages_of_the_system_alone(words_of_system):
     ):
         assert words_of_system in advice
         assert not any(other in advice for other in others), advice
+
+
+def test_advice_without_a_display_names_no_packages(words_of_system, monkeypatch):
+    monkeypatch.delenv("DISPLAY")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    is_linux = system_packages.sys.platform == "linux"
+    assert (words_of_system in system_packages.display_advice()) != is_linux
 
 
 def test_old_driver_is_drawn_around_on_linux_alone(words_of_system):

@@ -1,5 +1,6 @@
 """Say what to install on this system besides Python's packages, in the words of the system."""
 
+import os
 import platform
 import re
 import sys
@@ -47,8 +48,12 @@ def driver_advice() -> str:
 
 def display_advice() -> str:
     """Return what a window needs where none can be opened, without the full stop."""
-    need = "needs an X server or Wayland. " if sys.platform == "linux" else "needs a desktop. "
-    return f"`heatlens render` works without a display; a window {need}{opengl_advice()}"
+    need = "needs an X server or Wayland" if sys.platform == "linux" else "needs a desktop"
+    has_display = sys.platform != "linux" or bool(
+        {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys()
+    )
+    opengl = f". {opengl_advice()}" if has_display else ""
+    return f"`heatlens render demo -o first.png` works without a display; a window {need}{opengl}"
 
 
 def install_advice(package: str) -> str:
