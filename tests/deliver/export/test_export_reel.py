@@ -71,7 +71,7 @@ def test_handles_are_limited_to_available_frames(tmp_path, plates_reel, capsys):
     assert [name for name in file_names if name.startswith("s1")] == [
         f"s1.{frame}.exr" for frame in range(1001, 1006)
     ]
-    assert "s1: there are no handles but those of frames 1001-1005" in capsys.readouterr().err
+    assert "s1: the handles are shorter, as only frames 1001-1005 exist" in capsys.readouterr().err
 
 
 def test_movie_of_cut_has_frames_in_order_black_gap_and_timecode(tmp_path, reel):

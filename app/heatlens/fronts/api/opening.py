@@ -102,7 +102,10 @@ def _open_name(
         _refuse_arguments("a shot file, which says how its plates are read", **options)
         shot = measure_followed_marks(read_shot(name))
         if shot.source is None:
-            raise InputError(f"{name} names no plates and no scene.")
+            raise InputError(
+                f"{name} names no plates and no scene: give a file, a pattern such as "
+                "plate.####.exr, or demo."
+            )
         return _open_kind(shot.source, replace(arguments, shot=shot))
     return _open_kind(name, arguments)
 

@@ -182,7 +182,7 @@ def _sequence_lines(facts: Facts) -> list[Line]:
     neighbours = facts["neighbours"]
     if neighbours["count"]:
         lines.append(("neighbours", neighbours["words"]))
-        lines.append(("  found", f"{neighbours['found']:.0%} of what near silhouettes could hide"))
+        lines.append(("  found", f"{neighbours['found']:.0%} of what is hidden behind edges"))
     lines += _lines_by_frames("note", facts["notes"])
     lines += [(f"frame {frame}", sentence) for frame, sentence in facts["damaged"].items()]
     return lines

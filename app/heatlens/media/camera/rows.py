@@ -248,6 +248,6 @@ def _matrix_of_cells(path: Path, line: int, row: Row) -> Matrix:
     """Return the placement in the 16 cells of a row. Raises InputError if one is empty."""
     missing = [name for name in _CELLS if name not in row]
     if missing:
-        raise InputError(f"{path}: line {line}: the placement lacks {missing[0]}.")
+        raise InputError(f"{path}: line {line}: the position of the camera lacks {missing[0]}.")
     cells = [row[name] for name in _CELLS]
     return matrix_of([cells[index : index + 4] for index in range(0, 16, 4)])

@@ -143,7 +143,10 @@ class Movie:
         if stream is None:
             raise InputError(f"{self._path} has no moving picture, but only sound or data.")
         if stream.codec_context is None:
-            raise InputError(f"{self._path} is damaged, or its codec is unknown to FFmpeg.")
+            raise InputError(
+                f"{self._path} is damaged, or its codec is unknown to FFmpeg. Convert "
+                "it to ProRes or to frames."
+            )
         stream.thread_type = "AUTO"
         return stream
 

@@ -120,7 +120,7 @@ def no_distances_error(plate: Plate) -> InputError:
     """Return the error for focusing on a plate that has a circle of confusion, not distances."""
     return InputError(
         f"{plate.path}: its depth channel is a circle of confusion, which has no distances to "
-        "focus on."
+        "focus on. Leave the focus as it is, or give a depth with --depth."
     )
 
 

@@ -164,7 +164,10 @@ class ShareServer:
             return self._refusal(421, "This address is not the one that is shared.")
         origin = request.headers.get("Origin")
         if origin is not None and origin.lower() not in self._origins:
-            return self._refusal(403, "Pages of other addresses may not connect.")
+            return self._refusal(
+                403,
+                "Open the link itself in the browser: pages of other addresses may not connect.",
+            )
         _, _, path = request.path.partition("/")
         token, _, name = path.partition("/")
         role = self.links.role_of(token)
@@ -198,7 +201,9 @@ class ShareServer:
         client_address = _client_address(request)
         if not await self._free_place(role, client_address):
             limit = _MOST_CLIENTS[role]
-            return self._refusal(503, f"There are {limit} of this kind already.")
+            return self._refusal(
+                503, f"There are {limit} pages of this kind already: close one of them."
+            )
         if not web.WebSocketResponse().can_prepare(request):
             return self._refusal(426, "This is the place of a WebSocket.")
         self._connections.remove_guest(request.protocol)

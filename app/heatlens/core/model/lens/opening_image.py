@@ -184,7 +184,10 @@ def light_in_circle(light: NDArray[np.float32]) -> Array:
 def _grid(image: OpeningImage, rotation_deg: float) -> ImageGrid:
     """Return the summed light of `image` turned anticlockwise; see `OpeningImage.grid`."""
     if image.light is None:
-        raise LensError(f"The aperture image {image.path} was not read.")
+        raise LensError(
+            f"The aperture image {image.path} could not be read: choose another PNG, "
+            "JPEG, EXR or TIFF."
+        )
     light = light_in_circle(_rotate_light(image.light, rotation_deg))
     numbers = np.rint(light * (_WHITE / light.max())).astype(np.int64)
     sums = np.zeros((IMAGE_SIDE + 1, IMAGE_SIDE + 1), np.int64)

@@ -183,7 +183,9 @@ class WorldMark(Mark):
         Mark.__post_init__(self)
         for axis, value in (("x", self.x_m), ("y", self.y_m), ("z", self.z_m)):
             if not abs(value) < 1e9:
-                raise InputError(f"Mark {self.name}: {axis} cannot be {value:g} m.")
+                raise InputError(
+                    f"Mark {self.name}: {axis} must be a number of metres, not {value:g}."
+                )
 
     @classmethod
     def parse(cls, name: str, text: str) -> Self:

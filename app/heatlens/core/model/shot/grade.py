@@ -25,7 +25,10 @@ class Grade:
     def __post_init__(self) -> None:
         numbers = (*self.slope, *self.offset, *self.power, self.saturation)
         if not all(math.isfinite(number) and abs(number) <= _MOST for number in numbers):
-            raise InputError(f"A grade (ASC CDL) cannot have the numbers {self}.")
+            raise InputError(
+                "The numbers of a grade (ASC CDL) must be finite and at most "
+                f"{_MOST:g}, not {self}."
+            )
         if min(*self.slope, self.saturation) < 0 or min(self.power) <= 0:
             raise InputError(
                 "The slope and the saturation of a grade (ASC CDL) must not be below 0, and its "

@@ -25,7 +25,9 @@ class Look:
 
     def __post_init__(self) -> None:
         if not self.name or not self.name.isprintable() or self.name != self.name.strip():
-            raise InputError(f"A look cannot be called {self.name!r}.")
+            raise InputError(
+                f"A look needs a name of letters without spaces at its ends, not {self.name!r}."
+            )
         if self.still is not None and not (self.still.isascii() and len(self.still) <= _STILL_MOST):
             raise InputError(f"The still of look {self.name} is not a small JPEG in base64.")
 

@@ -54,7 +54,7 @@ class Retime:
             raise InputError(f"A cut cannot play {self.speed:g} frames from {self.start:g} on.")
         check_cut_length(self.count, "A shot")
         if self.count < 1 or self.step < 1:
-            raise InputError("The count and the step of a retime are at least 1.")
+            raise InputError("A change of speed (retime) needs a count and a step of 1 or more.")
 
     def source_frames(self, first_frame: int) -> tuple[int, ...]:
         """Return the frame of the source for each frame of the cut.

@@ -69,9 +69,7 @@ def option_suggestion(unknown: Sequence[str], parser: argparse.ArgumentParser) -
         if suggestions:
             return f". Did you mean {' or '.join(suggestions)}?"
         if commands := _commands_with(option):
-            return (
-                f". It is an option of {' and '.join(f'`heatlens {name}`' for name in commands)}."
-            )
+            return f". It is an option of {', '.join(f'`heatlens {name}`' for name in commands)}."
     return ""
 
 

@@ -166,7 +166,7 @@ def with_handles(shot: ReelShot, handles: int) -> ReelShot:
         else wide_frames.intersection(present_frames) or wide_frames
     )
     if kept_frames != wide_frames:
-        print_messages(f"{shot.name}: there are no handles but those of frames {kept_frames}.")
+        print_messages(f"{shot.name}: the handles are shorter, as only frames {kept_frames} exist.")
     return replace(shot, frames=kept_frames)
 
 

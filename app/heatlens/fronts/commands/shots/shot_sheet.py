@@ -135,7 +135,7 @@ def _parts_of_reel(args: argparse.Namespace) -> list[_SheetPart]:
         if not is_shot_file(reel_shot.source):
             print_messages(
                 f"{reel_shot.name}: {reel_shot.source or 'its media'} is not a shot file, so it "
-                "has no pull."
+                "has no pull. `heatlens reel CUT -o REEL --shots FOLDER` makes shot files."
             )
             continue
         shot = measure_live_focus(read_shot(reel_shot.source))

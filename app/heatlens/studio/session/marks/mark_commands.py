@@ -132,7 +132,7 @@ class MarkCommands(Commands, Worker):
         elif isinstance(mark, MatteMark):
             receive(mark.matte)
         else:
-            self._notify("No Cryptomatte or channel of ids tells a thing there: type its matte.")
+            self._notify("Nothing with a matte is there: type the name of a matte.")
 
     def _add(self, mark: Mark) -> None:
         """Add a mark to the shot, and make it the target of the next pull, and notify the user."""

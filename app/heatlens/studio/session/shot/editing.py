@@ -183,8 +183,8 @@ class Editing:
         live = self.shot.curves.live
         if live is not None and lens.focus_distance_m != old_lens.focus_distance_m:
             raise InputError(
-                f"The focus follows {live.words}: make keys of it or let it go, in the Marks tab, "
-                "to change it by hand."
+                f"The focus follows {live.words}: make keys of it or stop following, in the Marks "
+                "tab, to change it by hand."
             )
 
     def _within_kit(self, old_lens: Lens, requested: Lens) -> Lens:
