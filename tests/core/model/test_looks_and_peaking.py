@@ -24,7 +24,7 @@ LENS = Lens(50.0, 2.0, 2.0, 36.0)
 
 @pytest.mark.parametrize("name", ["", " A", "A ", "A\n", "\t"])
 def test_look_rejects_empty_or_padded_name(name):
-    with pytest.raises(InputError, match="called"):
+    with pytest.raises(InputError, match="A look needs a name"):
         Look(name, LENS)
 
 

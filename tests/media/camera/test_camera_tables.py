@@ -110,7 +110,9 @@ def test_read_camera_csv_error_names_line(tmp_path, old, new, sentence):
 def test_read_camera_csv_rejects_incomplete_placement(tmp_path):
     path = tmp_path / "cam.csv"
     path.write_text("frame,world_to_camera_00\n1,1\n")
-    with pytest.raises(InputError, match="line 2: the position of the camera lacks world_to_camera_01"):
+    with pytest.raises(
+        InputError, match="line 2: the position of the camera lacks world_to_camera_01"
+    ):
         read_camera(str(path))
 
 

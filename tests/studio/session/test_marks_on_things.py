@@ -67,7 +67,7 @@ def test_click_after_pick_matte_sets_the_matte_that_is_never_blurred(walk):
     assert walk.editing.shot.marks == ()
     walk.time.marks.pick_matte(reading.change_matte, "never_blur")
     walk.time.marks.set_point((2, 2))
-    run_until(walk, lambda: "No Cryptomatte" in walk.messages.text, "the answer")
+    run_until(walk, lambda: "Nothing with a matte" in walk.messages.text, "the answer")
     assert isinstance(set_mark(walk, (2, 2)), PointMark)  # the click after it sets a mark
 
 

@@ -54,7 +54,7 @@ class Passage:
 def manual_passages(has_references: bool) -> tuple[Passage, ...]:
     """Return the passages of all pages, with or without the lists of options and of commands."""
     pages = (it for it in manual_pages() if has_references or it.stem not in _REFERENCES)
-    return tuple(passage for it in pages for passage in passages_of(it.read_text("utf-8")))
+    return tuple(passage for page in pages for passage in passages_of(page.read_text("utf-8")))
 
 
 def passages_of(page: str) -> Iterator[Passage]:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from heatlens.core.base.errors import GpuError, ShaderError
-from heatlens.core.base.paths import compiled_shaders_dir
+from heatlens.core.base.paths import compiled_shaders_dir, read_file_bytes
 from heatlens.core.base.system_packages import shader_compiler_advice
 from heatlens.media.files.atomic_file import write_atomically
 from heatlens.render.gpu.wgpu.translation import StageText
@@ -29,7 +29,7 @@ def compile_stages(stages: Sequence[StageText], name: str) -> list[bytes]:
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
     files = [compiled_shaders_dir() / f"{key}.{one.stage}.spv" for one in stages]
     if all(file.is_file() for file in files):
-        return [file.read_bytes() for file in files]
+        return [read_file_bytes(file) for file in files]
     modules = _run_compiler(stages, name)
     for file, module in zip(files, modules, strict=True):
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -51,4 +51,4 @@ def _run_compiler(stages: Sequence[StageText], name: str) -> list[bytes]:
             ) from None
         if run.returncode != 0:
             raise ShaderError(f"{name}: {' '.join(run.stdout.split())}")
-        return [Path(folder, f"{one.stage}.spv").read_bytes() for one in stages]
+        return [read_file_bytes(Path(folder, f"{one.stage}.spv")) for one in stages]
