@@ -55,7 +55,7 @@ def ran(*words):
 
 NOT_FOUND = (
     "heatlens was not found. Name it in the preferences of this add-on: the folder of its Python "
-    "environment, such as /home/me/heatlens/.venv, or a command. Or press Install there."
+    "environment, such as /home/me/heatlens/.venv, or a command. Or press Install heatlens there."
 )
 OFFLINE = (
     "Blender may not go online: allow it in Preferences, System, Network, and install again; or "

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from heatlens.core.base.errors import GpuError, InputError, ShaderError
+from heatlens.core.base.errors import GpuError, InputError, MissingPackageError, ShaderError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
@@ -169,9 +169,21 @@ def test_auto_takes_wgpu_where_opengl_fails_and_a_choice_is_kept(monkeypatch, na
     monkeypatch.setattr(context, "_wgpu_device", lambda number: f"wgpu {number}")
     if name == "opengl":
         with pytest.raises(GpuError, match="nothing here"):
-            context._headless_device()
+            context.headless_context()
     else:
-        assert context._headless_device() == "wgpu 0"
+        assert context.headless_context() == "wgpu 0"
+
+
+@pytest.mark.parametrize("error", [GpuError("no device"), MissingPackageError("no wgpu")])
+def test_auto_tells_what_opengl_needs_where_wgpu_fails_too(monkeypatch, error):
+    def fail(_number: int) -> None:
+        raise error
+
+    monkeypatch.setenv("HEATLENS_GPU", "auto")
+    monkeypatch.setattr(context, "_opengl_device", Failing())
+    monkeypatch.setattr(context, "_wgpu_device", fail)
+    with pytest.raises(GpuError, match="nothing here"):
+        context.headless_context()
 
 
 def test_render_by_wgpu_loads_no_opengl(tmp_path):

@@ -34,7 +34,7 @@ class LensError(HeatlensError):
 
 
 class GpuError(HeatlensError):
-    """OpenGL 4.3 is missing, or the picture exceeds one of its limits."""
+    """No graphics library can draw here, or the picture exceeds a limit of it."""
 
 
 class NoWindowError(GpuError):

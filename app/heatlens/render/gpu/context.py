@@ -3,7 +3,7 @@
 import os
 from enum import Enum
 
-from heatlens.core.base.errors import GpuError, InputError
+from heatlens.core.base.errors import GpuError, InputError, MissingPackageError
 from heatlens.core.base.extras import OnUse, extra
 from heatlens.core.base.memory import free_memory_bytes
 from heatlens.render.gpu.device import Device
@@ -49,10 +49,6 @@ def chosen_gpu() -> Gpu:
 
 def headless_context() -> Device:
     """Make a device that needs no window. Raises GpuError that says what to install."""
-    return _headless_device()
-
-
-def _headless_device() -> Device:
     gpu = chosen_gpu()
     if gpu is Gpu.WGPU:
         return _new_wgpu_device()
@@ -63,8 +59,8 @@ def _headless_device() -> Device:
             raise
         try:
             return _new_wgpu_device()
-        except GpuError:
-            raise error from None
+        except (GpuError, MissingPackageError):
+            raise error from None  # what to install for OpenGL helps more
 
 
 def _new_opengl_device() -> Device:

@@ -51,29 +51,7 @@ class DrawState:
 
     def begin(self, recorder: Recorder) -> Any:
         """Return a render pass into the framebuffer, which draws that follow each other share."""
-        return recorder.render_pass(self._target, self.attachments_of(self._target))
-
-    @staticmethod
-    def attachments_of(
-        target: "WgFramebuffer", clear: Sequence[float] | None = None
-    ) -> dict[str, Any]:
-        """Return what a render pass into `target` takes; `clear` is a color to begin with."""
-        op = "load" if clear is None else "clear"
-        color = clear or (0.0, 0.0, 0.0, 0.0)
-        words: dict[str, Any] = {
-            "color_attachments": [
-                {"view": one.storage_view, "load_op": op, "store_op": "store", "clear_value": color}
-                for one in target.textures
-            ]
-        }
-        if target.depth is not None:
-            words["depth_stencil_attachment"] = {
-                "view": target.depth.storage_view,
-                "depth_load_op": op,
-                "depth_store_op": "store",
-                "depth_clear_value": 1.0,
-            }
-        return words
+        return recorder.render_pass(self._target, self._target.attachments())
 
     def pipeline_key(self) -> tuple[object, ...]:
         """Return what a pipeline depends on."""
@@ -156,13 +134,32 @@ class WgFramebuffer(Framebuffer):
             self._clear_area(_inside(self.scissor, self.size), color)
             return
         self._recorder.encoder()  # a render pass that is open does not begin with a color
-        self._recorder.render_pass(self, self._state.attachments_of(self, clear=color))
+        self._recorder.render_pass(self, self.attachments(clear=color))
+
+    def attachments(self, clear: Sequence[float] | None = None) -> dict[str, Any]:
+        """Return what a render pass into it takes; `clear` is a color to begin with."""
+        op = "load" if clear is None else "clear"
+        color = clear or (0.0, 0.0, 0.0, 0.0)
+        words: dict[str, Any] = {
+            "color_attachments": [
+                {"view": one.storage_view, "load_op": op, "store_op": "store", "clear_value": color}
+                for one in self.textures
+            ]
+        }
+        if self.depth is not None:
+            words["depth_stencil_attachment"] = {
+                "view": self.depth.storage_view,
+                "depth_load_op": op,
+                "depth_store_op": "store",
+                "depth_clear_value": 1.0,
+            }
+        return words
 
     def _clear_area(self, area: Area, color: tuple[float, ...]) -> None:
         """Fill a part with a color, and its depths with the farthest."""
         place = self._area_clear.place_of(color)
         formats = tuple(one.format for one in self.textures)
-        draw = self._recorder.render_pass(self, self._state.attachments_of(self))
+        draw = self._recorder.render_pass(self, self.attachments())
         draw.set_viewport(0, 0, *self.size, 0.0, 1.0)
         draw.set_scissor_rect(*area)
         self._area_clear.draw(draw, formats, DEPTH_FORMAT if self.depth else "", place)

@@ -115,7 +115,7 @@ class WgProgram(LinkedProgram):
         self._formatless = [n for one in texts for n in formatless_images(one)]
         self._compared = comparing_samplers(texts)
         self._variants: dict[tuple[str, ...], Variant] = {}
-        self._groups: OrderedDict[tuple[object, ...], tuple[Any, object]] = OrderedDict()
+        self._groups: OrderedDict[tuple[object, ...], Any] = OrderedDict()
         self._is_strict = bool(os.environ.get(STRICT_VARIABLE))
         self._values: dict[str, object] = {}
         self._textures: Mapping[str, Any] = _NOTHING
@@ -215,14 +215,13 @@ class WgProgram(LinkedProgram):
         )
         if key not in self._groups:
             entries = [{"binding": one.number, "resource": value} for one, value in resources]
-            group = self.shared.device.create_bind_group(
+            self._groups[key] = self.shared.device.create_bind_group(
                 layout=variant.group_layout, entries=entries
             )
-            self._groups[key] = group, variant
             if len(self._groups) > _GROUPS_KEPT:
                 self._groups.popitem(last=False)
         self._groups.move_to_end(key)
-        return self._groups[key][0]
+        return self._groups[key]
 
     def _resource(self, one: Binding, variant: Variant) -> Any:
         """Return what is bound to one binding, or a stand-in where nothing was given."""

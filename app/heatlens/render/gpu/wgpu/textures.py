@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import wgpu
 
+from heatlens.core.base.errors import GpuError
 from heatlens.render.gpu.device import (
     Area,
     Data,
@@ -72,7 +73,7 @@ class _WgSampled:
         self.width, self.height, *_ = size
         self.label, self.sampling, self.repeats = "", Sampling.LINEAR, True
         self.format, self.numpy_type = format_name(components, dtype), _NUMPY_TYPES[dtype]
-        self._texel_bytes = np.dtype(_NUMPY_TYPES[dtype]).itemsize * (
+        self._texel_bytes = np.dtype(self.numpy_type).itemsize * (
             4 if components == 3 else components
         )
         self._make(levels=1)
@@ -126,7 +127,7 @@ class _WgSampled:
         )
         if self.components != 3:
             return bytes(data)
-        pixels = np.frombuffer(data, _NUMPY_TYPES[self.dtype]).reshape(-1, 4)
+        pixels = np.frombuffer(data, self.numpy_type).reshape(-1, 4)
         return np.ascontiguousarray(pixels[:, :3]).tobytes()
 
     def read_into(self, data: Data) -> None:
@@ -145,7 +146,7 @@ class _WgSampled:
         texels = self.components
         for side in self.size:
             texels *= side
-        self.write(b"\xff" * (texels * np.dtype(_NUMPY_TYPES[self.dtype]).itemsize))
+        self.write(b"\xff" * (texels * np.dtype(self.numpy_type).itemsize))
 
     def release(self) -> None:
         if not self._is_released:
@@ -167,7 +168,7 @@ class WgTexture(_WgSampled, Texture):
 
     @property
     def handle(self) -> int:
-        raise NotImplementedError("wgpu draws without a window")
+        raise GpuError("wgpu draws without a window.")
 
 
 class WgTextureArray(_WgSampled, TextureArray):
