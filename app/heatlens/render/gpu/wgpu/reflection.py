@@ -36,6 +36,9 @@ class _Op(IntEnum):
     MEMBER_DECORATE = 72
 
 
+_FUNCTION, _NOTED = 54, frozenset(map(int, _Op))
+
+
 class _Decoration(IntEnum):
     BUFFER_BLOCK = 3
     ARRAY_STRIDE = 6
@@ -130,9 +133,10 @@ class _Module:
         self.variables: list[tuple[int, int, int]] = []  # number, type of the pointer, class
         words = struct.unpack(f"<{len(module) // 4}I", module)
         at = _HEADER_WORDS
-        while at < len(words):
-            count, op = words[at] >> 16, words[at] & 0xFFFF
-            self._note(op, words[at + 1 : at + count])
+        while (op := words[at] & 0xFFFF) != _FUNCTION:  # all that is declared comes before
+            count = words[at] >> 16
+            if op in _NOTED:
+                self._note(op, words[at + 1 : at + count])
             at += count
 
     def _note(self, op: int, words: tuple[int, ...]) -> None:

@@ -7,7 +7,6 @@ from functools import cache
 from typing import Any, TypeVar
 
 import wgpu
-from wgpu.backends.wgpu_native.extras import set_instance_extras
 
 from heatlens.core.base.errors import GpuError
 from heatlens.render.gpu.device import (
@@ -27,6 +26,7 @@ from heatlens.render.gpu.wgpu.area_clear import AreaClear
 from heatlens.render.gpu.wgpu.buffers import WgBuffer
 from heatlens.render.gpu.wgpu.framebuffers import WgFramebuffer
 from heatlens.render.gpu.wgpu.linked import Shared
+from heatlens.render.gpu.wgpu.native_library import import_native_library
 from heatlens.render.gpu.wgpu.programs import WgCompute, WgDraw
 from heatlens.render.gpu.wgpu.recorder import Recorder
 from heatlens.render.gpu.wgpu.textures import (
@@ -206,6 +206,9 @@ def _start() -> None:
     """Let wgpu use the graphics library of the system, and never OpenGL."""
     if "XDG_RUNTIME_DIR" not in os.environ:
         os.environ.setdefault("NODEVICE_SELECT", "1")  # a layer of Mesa would complain about it
+    import_native_library()
+    from wgpu.backends.wgpu_native.extras import set_instance_extras
+
     set_instance_extras(backends=["Primary"])
 
 

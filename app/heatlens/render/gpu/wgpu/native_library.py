@@ -1,0 +1,92 @@
+"""Import the C library of wgpu with declarations that were parsed before.
+
+wgpu parses the header of its library at every start, and the names of all its types again for each
+structure that it makes for the first time: 1.5 s of a render. cffi can parse a header once; what it
+found is kept in the user's cache folder. Where that fails, wgpu does it in its own way.
+"""
+
+import ast
+import hashlib
+import importlib
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import _cffi_backend
+import cffi
+import wgpu
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.log import LOG
+from heatlens.core.base.paths import compiled_shaders_dir, read_file_bytes
+from heatlens.media.files.atomic_file import write_atomically
+
+_HEADER = Path(wgpu.__file__).parent / "resources" / "combined_header.h"
+_BACKEND = "wgpu.backends.wgpu_native"
+_DAMAGED = (OSError, SyntaxError, TypeError, ValueError)
+
+
+class _ParsedHeader(_cffi_backend.FFI):  # type: ignore[misc]
+    """Declarations that were parsed before, with what wgpu calls of `cffi.FFI`."""
+
+    def cdef(self, _header: str) -> None:
+        """Do nothing: all is declared."""
+
+    def set_source(self, *_words: object) -> None:
+        """Do nothing: no source is written."""
+
+
+def import_native_library() -> None:
+    """Import the library, which keeps the way in which it was imported first."""
+    try:
+        parsed = _parsed_header()
+    except (AttributeError, *_DAMAGED) as error:  # other versions of wgpu or cffi
+        LOG.debug("wgpu parses its header itself: %s", error)
+        importlib.import_module(_BACKEND)
+        return
+    with _in_place_of_parser(parsed):
+        importlib.import_module(_BACKEND)
+
+
+@contextmanager
+def _in_place_of_parser(parsed: _ParsedHeader) -> Iterator[None]:
+    """Let what is imported inside get the parsed header where it asks for a parser."""
+    parser = cffi.FFI
+    cffi.FFI = lambda: parsed
+    try:
+        yield
+    finally:
+        cffi.FFI = parser
+
+
+def _parsed_header() -> _ParsedHeader:
+    """Return the parsed header, from the cache folder if it is there."""
+    header = read_file_bytes(_HEADER)
+    key = hashlib.sha256(header + cffi.__version__.encode()).hexdigest()[:32]
+    file = compiled_shaders_dir() / f"{key}.cffi"
+    if file.is_file():
+        try:
+            return _ParsedHeader("wgpu", **ast.literal_eval(read_file_bytes(file).decode()))
+        except _DAMAGED as error:
+            LOG.debug("%s is damaged: %s", file, error)
+    words = _parse(header.decode())
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(file, repr(words).encode())
+    except (InputError, OSError) as error:  # a full or read-only disk
+        LOG.debug("the parsed header of wgpu is not kept: %s", error)
+    return _ParsedHeader("wgpu", **words)
+
+
+def _parse(header: str) -> dict[str, Any]:
+    """Return what cffi finds in a header, as the arguments of its compiled FFI."""
+    from cffi.recompiler import make_py_source
+
+    parser, source = cffi.FFI(), io.StringIO()
+    parser.cdef(header)
+    parser.set_source("wgpu", None)
+    make_py_source(parser, "wgpu", source)
+    (call,) = (node for node in ast.walk(ast.parse(source.getvalue())) if type(node) is ast.Call)
+    return {str(word.arg): ast.literal_eval(word.value) for word in call.keywords}
