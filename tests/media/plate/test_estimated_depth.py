@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+import heatlens
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.depth_words import (
     DepthConvention,
@@ -277,3 +278,19 @@ def test_read_plate_rejects_network_with_impossible_input_size(tmp_path, size):
     network = write_network(tmp_path / "n.onnx", size=size)
     with pytest.raises(InputError, match="sides are 1 to"):
         read_plate(write_picture(tmp_path / "p.png", two_halves(0.2, 0.8)), options(network))
+
+
+@pytest.mark.parametrize(
+    "option", [{"depth_known": KnownDistance(2.0, 2.0, 2.0)}, {"depth_model_output": "metres"}]
+)
+def test_open_refuses_options_of_network_without_network(tmp_path, option):
+    picture = write_picture(tmp_path / "p.png", two_halves(0.2, 0.8))
+    (name,) = option
+    with pytest.raises(InputError, match=f"{name} is for .* name the network with depth_model"):
+        heatlens.open(picture, **option)
+
+
+def test_info_refuses_known_distance_without_network(tmp_path, capsys):
+    picture = write_picture(tmp_path / "p.png", two_halves(0.2, 0.8))
+    assert main(["info", str(picture), "--depth-known", "2,2=2m"]) == 2
+    assert "--depth-known is for a depth that a network estimates" in capsys.readouterr().err

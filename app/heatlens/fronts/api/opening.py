@@ -140,6 +140,7 @@ def open_plates(name: str, arguments: OpenArguments) -> Source:
         return Plates(make_plate_source(name, arguments.shot.plate_options), arguments.shot)
     sequence = find_sequence(name, whole=False)
     options = PlateOptions(**arguments.options)
+    options.refuse_estimate_without_network()
     trust(options.depth_model)
     return Plates(PlateSource(name, sequence, options), None)
 

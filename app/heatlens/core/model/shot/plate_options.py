@@ -267,6 +267,19 @@ class PlateOptions:
                 f"The scene unit must be a number of metres above 0, got {self.scene_unit_m:g}."
             )
 
+    def refuse_estimate_without_network(self) -> None:
+        """Raise InputError for an option of an estimated depth where no network is named."""
+        is_given = {
+            "--depth-known": self.depth_known is not None,
+            "--depth-model-output": self.depth_model_output is not DepthModelOutput.AUTO,
+        }
+        for flag, has_value in is_given.items():
+            if has_value and self.depth_model is None:
+                raise InputError(
+                    f"{flag} is for a depth that a network estimates: name the network with "
+                    f"--depth-model, or leave {flag} out."
+                )
+
     def with_files_beside(self, convert_path: Callable[[str], str]) -> "PlateOptions":
         """Return the options with `convert_path` applied to the paths in `files_beside`."""
         depth, model = self.depth_source, self.depth_model

@@ -228,11 +228,13 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
 def plate_options(args: argparse.Namespace) -> PlateOptions:
     """Return the plate options, with lens and film back if the command has options for them.
 
-    Raises HeatlensError for an unknown unit or film back.
+    Raises HeatlensError for an unknown unit or film back, or an option without effect.
     """
     trust(getattr(args, "depth_model", None))
-    return PlateOptions(
+    options = PlateOptions(
         focal_length_mm=getattr(args, "focal_length", None),
         sensor_width_mm=sensor_width_of(args),
         **given_fields(args, PlateOptions),
     )
+    options.refuse_estimate_without_network()
+    return options
