@@ -101,3 +101,13 @@ def test_span_doubts_only_if_another_unit_gives_room_size():
 def test_doubts_report_f_stop_below_0_5(f_stop, is_doubted):
     found_doubts = find_doubts(Lens(50.0, f_stop, 3.0, 36.0), DepthSpan(1.0, 20.0))
     assert any("faster than f/0.5" in warning.sentence for warning in found_doubts) is is_doubted
+
+
+@given(st.floats(1.4, 22.0), st.floats(0.8, 11.0), st.booleans())
+def test_focus_typed_in_centimeters_is_doubted_at_every_f_stop(f_stop, focus_m, sky):
+    typed_m = round(focus_m * 100)
+    if typed_m <= 10 * ROOM.far_m:  # nearer than 1.1 m: it could be a distance behind the room
+        return
+    doubtful = Lens(24.0, f_stop, typed_m, 36.0)
+    doubts = joined_doubts(doubtful, DepthSpan(ROOM.near_m, ROOM.far_m, has_sky=sky))
+    assert any(f"--focus-distance {typed_m}{unit}." in doubts for unit in ("cm", "mm"))

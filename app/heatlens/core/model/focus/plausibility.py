@@ -28,6 +28,7 @@ _UNIT_NAMES = {
 
 # A focus slightly outside the depths may be intended; a wrong unit makes a larger difference.
 _FAR_OFF = 1.5
+_OTHER_UNIT = 10.0  # no one focuses this many times farther than everything but with another unit
 # Interiors, streets and tables have surfaces nearer than this; landscapes may have none.
 _NEAREST_USUAL_M = 30.0
 # Even endoscopes and phones are larger; a smaller value was meant in meters or inches.
@@ -189,12 +190,17 @@ def _too_small(quantity: str, option: str, value_mm: float) -> str:
 def _focus_doubts(lens: Lens, span: DepthSpan) -> Iterator[Doubt]:
     """Find a focus that leaves nothing sharp because it lies far outside all depths."""
     focus_m = lens.focus_distance_m
+    hint = _focus_hint(focus_m, span)
+    is_small_unit = any(unit in hint for unit in ("millim", "centim"))
     is_before = far_limit_m(lens) < span.near_m and focus_m * _FAR_OFF < span.near_m
-    is_behind = near_limit_m(lens) > span.far_m and span.far_m * _FAR_OFF < focus_m < math.inf
+    # A small opening may still show everything sharp, but its focus is as wrong.
+    is_beyond = near_limit_m(lens) > span.far_m or (
+        is_small_unit and focus_m > span.far_m * _OTHER_UNIT
+    )
+    is_behind = is_beyond and span.far_m * _FAR_OFF < focus_m < math.inf
     if not (is_before or is_behind):
         return
-    hint = _focus_hint(focus_m, span)
-    if is_behind and span.has_sky and not any(unit in hint for unit in ("millim", "centim")):
+    if is_behind and span.has_sky and not is_small_unit:
         return  # the sky is in focus or nearly so, as intended
     position = "nearer than everything" if is_before else "farther than every surface"
     yield Doubt(
