@@ -36,7 +36,8 @@ def test_movie_from_parts_equals_movie_of_one_process(capsys, shot_file, tmp_pat
     message = export_shot(capsys, shot_file, joined, *words, "--part", "1001-1004")
     assert "3 frames written, 1 was finished before" in message
     part_files = files_in(tmp_path / f"m{suffix}.frames")
-    export_shot(capsys, shot_file, joined, *words)
+    last_message = export_shot(capsys, shot_file, joined, *words)
+    assert "0 frames written, 6 were finished before" in last_message
     assert joined.read_bytes() == whole.read_bytes()
     assert len(part_files) == 6 and not (tmp_path / f"m{suffix}.frames").exists()
     second_message = export_shot(capsys, shot_file, joined, *words, "--part", "1001-1004")
@@ -51,7 +52,8 @@ def test_movie_renders_missing_or_damaged_part_frames(capsys, shot_file, tmp_pat
     frames_folder.joinpath("frame.1003.exr").write_bytes(
         frames_folder.joinpath("frame.1003.exr").read_bytes()[:-9]
     )
-    export_shot(capsys, shot_file, tmp_path / "m.mov")
+    message = export_shot(capsys, shot_file, tmp_path / "m.mov")
+    assert "4 frames written, 2 were finished before" in message
     assert (tmp_path / "m.mov").read_bytes() == (tmp_path / "whole.mov").read_bytes()
 
 

@@ -37,6 +37,7 @@ class RenderedFrame:
     pixels   EXR: light, (H, W, 4) premultiplied; else display values 0..1, (H, W, 3)
     remarks  differences between the plate and those of earlier frames
     pace     message on the render time of the quality final, where it was measured
+    is_kept  read from the file of an earlier export, not rendered
     """
 
     planned: PlannedFrame
@@ -44,6 +45,7 @@ class RenderedFrame:
     pixels: FloatImage
     remarks: tuple[Remark, ...] = ()
     pace: str = ""
+    is_kept: bool = False
 
 
 def write_frame(job: ExportJob, frame: RenderedFrame) -> None:

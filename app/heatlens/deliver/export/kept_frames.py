@@ -104,4 +104,5 @@ def read_kept_frame(path: Path, frame: PlannedFrame) -> RenderedFrame:
         attributes=header,
     )
     values = np.stack([channels[name] for name in _CHANNELS], axis=-1)
-    return RenderedFrame(frame, plate, values.astype(np.float32) / np.float32(MOVIE_WHITE))
+    pixels = values.astype(np.float32) / np.float32(MOVIE_WHITE)
+    return RenderedFrame(frame, plate, pixels, is_kept=True)

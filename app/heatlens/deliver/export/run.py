@@ -196,7 +196,7 @@ def _write_and_report(write: Write, frame: RenderedFrame) -> FrameDone:
     return FrameDone(
         number,
         path,
-        was_there=False,
+        was_there=frame.is_kept,
         surfaces_lost=surfaces_lost,
         remarks=frame.remarks,
         pace=frame.pace,
