@@ -52,8 +52,14 @@ def test_small_deep_plate_suggests_larger_size(tmp_path, capsys):
     words = [word for word in SCENE if word != "--quiet"]
     out = ("-o", str(tmp_path / "deep.exr"))
     assert main([*words, *LENS, "--deep", *out]) == 0
-    assert "at 2 times its size" in (message := capsys.readouterr().err)
+    message = capsys.readouterr().err
+    assert "at 2 times its size" in message
     assert "--size 128x80 and" in message
+    surfaces = message.partition("deep: ")[2].partition(" a pixel")[0]
+    assert (
+        surfaces.endswith(" surfaces")
+        and f"{surfaces} a pixel" in read_plate(Path(out[1])).notes[0]
+    )
     assert main([*words, *LENS, "--pinhole", *out]) == 0
     assert "its size" not in capsys.readouterr().err
 

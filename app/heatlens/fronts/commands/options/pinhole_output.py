@@ -99,12 +99,20 @@ def render_pinhole_plate(
             f"overscan: {margin_px} pixels on every side, as the lens needs at frame {frame}"
         )
     if args.deep:
-        count = 0 if plate.fragments is None else plate.fragments.count
-        pixels = plate.data_window.width * plate.data_window.height
         print_messages(
-            f"deep: {1 + count / pixels:.2f} surfaces a pixel{_size_note(renderer, plate)}"
+            f"deep: {_surfaces_a_pixel(plate):.2f} surfaces a pixel{_size_note(renderer, plate)}"
         )
     return plate
+
+
+def _surfaces_a_pixel(plate: Plate) -> float:
+    """Return the mean number of surfaces of a pixel, as the file has them."""
+    is_apart = plate.color[..., 3] > 0.0  # a visible surface, which is in no list
+    count = 0
+    if plate.fragments is not None:
+        is_apart &= ~plate.fragments.has_front.reshape(is_apart.shape)
+        count = plate.fragments.count
+    return (count + int(is_apart.sum())) / is_apart.size
 
 
 def _size_note(renderer: FrameRenderer, plate: Plate) -> str:
