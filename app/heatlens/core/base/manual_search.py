@@ -17,6 +17,7 @@ _REFERENCES = ("keys", "options")  # pages that are lists, made of the program's
 _NAME_WEIGHT = 3.0  # of a word in the name of an option, in a heading or in bold text
 _OPTION_WEIGHT = 5.0  # of the only word in the name of an option
 _FAMILIAR_LENGTH = 4  # letters that two words share if they are forms of one, such as fast, faster
+_FORM_WEIGHT = 0.5  # of a form, beside the word itself
 _LONGEST_ENDING = 3  # letters that may follow them
 # Words that are too common to tell passages apart.
 _STOP_WORDS = frozenset(
@@ -102,8 +103,12 @@ def _words_in(text: str) -> list[str]:
 
 
 def _weight_in(passage: Passage, word: str) -> float:
-    """Return how much a passage has of a word: its heaviest word that is a form of it."""
-    forms = (weight for other, weight in passage.words.items() if _is_form(other, word))
+    """Return how much a passage has of a word: its heaviest word that is it, or a form of it."""
+    forms = (
+        weight if other == word else _FORM_WEIGHT * weight
+        for other, weight in passage.words.items()
+        if _is_form(other, word)
+    )
     return max(forms, default=0.0)
 
 

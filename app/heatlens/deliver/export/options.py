@@ -103,7 +103,9 @@ class ExportOptions:
         "{shot} in the burn-in (default: the name of the shot file)",
         metavar="NAME",
     )
-    unit: Literal["m", "ft"] = _look("m", "unit", "unit of the burn-in's distance (default m)")
+    unit: Literal["m", "ft"] = _look(
+        "m", "unit", "unit of the burn-in's distance, metres or feet (default m)"
+    )
 
     def __post_init__(self) -> None:
         """Raise InputError for an impossible frame rate."""

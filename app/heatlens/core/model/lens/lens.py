@@ -137,7 +137,7 @@ class Lens(OpeningFields):
     focus_distance_m: float = field(
         metadata=option(
             "focus distance",
-            "metres, or with a unit: 190cm, 6ft3in, inf",
+            "metres, or with a unit: 190cm, feet as 6ft3in, inf",
             metavar="DISTANCE",
             unit="m",
             parse=parse_distance_m,

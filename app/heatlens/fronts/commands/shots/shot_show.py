@@ -37,7 +37,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("shot", type=Path, metavar="SHOT.heatlens.json", help="the shot file")
     parser.add_argument("--json", action="store_true", help="the same as JSON, for programs")
     parser.add_argument(
-        "--unit", choices=("m", "ft"), default="m", help="unit of distances in the text (default m)"
+        "--unit",
+        choices=("m", "ft"),
+        default="m",
+        help="unit of distances in the text, metres or feet (default m)",
     )
 
 
