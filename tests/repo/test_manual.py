@@ -13,6 +13,7 @@ from support.manual import CONTENTS, MADE_PAGES, MANUAL, manual_text, page, writ
 LINES_MOST = 200  # of a page
 SENTENCE_MOST, PARAGRAPH_MOST, CELL_MOST = 30, 60, 40  # words
 README = MANUAL.parents[1] / "README.md"
+DEVELOPER_PAGES = (MANUAL.parent / "README.md", MANUAL.parents[1] / "tests" / "README.md")
 # A sentence ends at a full stop or colon before a capital letter, code, a link or bold text.
 _END = re.compile(r"(?<=[.!?:;])\s+(?=[A-Z`*\[(]|heatlens)")
 
@@ -20,7 +21,7 @@ _END = re.compile(r"(?<=[.!?:;])\s+(?=[A-Z`*\[(]|heatlens)")
 def paragraphs(text: str) -> list[str]:
     """Return the paragraphs and items of lists; tables, headings, pictures and code are none."""
     text = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
-    blocks = re.split(r"\n\s*\n|\n(?=- )|\n(?=#)", re.sub(r"\]\([^)]*\)", "]", text))
+    blocks = re.split(r"\n\s*\n|\n(?=- |\d+\. |#)", re.sub(r"\]\([^)]*\)", "]", text))
     return [it for it in blocks if it.strip() and not it.lstrip().startswith(("|", "#", "!["))]
 
 
@@ -49,6 +50,13 @@ def test_readme_and_manual_have_short_sentences_paragraphs_and_cells():
     assert not [it for it in paragraphs(all_pages) if len(it.split()) > PARAGRAPH_MOST]
     made_pages = "".join(map(page, MADE_PAGES))
     assert not [it for it in cells(all_pages + made_pages) if len(it.split()) > CELL_MOST]
+
+
+def test_developer_pages_have_short_paragraphs_and_cells():
+    text = "\n\n".join(it.read_text(encoding="utf-8") for it in DEVELOPER_PAGES)
+    assert len(paragraphs(text)) > 100
+    assert not [it for it in paragraphs(text) if len(it.split()) > PARAGRAPH_MOST]
+    assert not [it for it in cells(text) if len(it.split()) > CELL_MOST]
 
 
 def test_every_page_is_in_the_contents_and_short():
