@@ -269,16 +269,13 @@ class PlateOptions:
 
     def refuse_estimate_without_network(self) -> None:
         """Raise InputError for an option of an estimated depth where no network is named."""
-        is_given = {
-            "--depth-known": self.depth_known is not None,
-            "--depth-model-output": self.depth_model_output is not DepthModelOutput.AUTO,
-        }
-        for flag, has_value in is_given.items():
-            if has_value and self.depth_model is None:
-                raise InputError(
-                    f"{flag} is for a depth that a network estimates: name the network with "
-                    f"--depth-model, or leave {flag} out."
-                )
+        has_output = self.depth_model_output is not DepthModelOutput.AUTO
+        if self.depth_model is None and (has_output or self.depth_known is not None):
+            flag = "--depth-model-output" if has_output else "--depth-known"
+            raise InputError(
+                f"{flag} is for a depth that a network estimates: name the network with "
+                f"--depth-model, or leave {flag} out."
+            )
 
     def with_files_beside(self, convert_path: Callable[[str], str]) -> "PlateOptions":
         """Return the options with `convert_path` applied to the paths in `files_beside`."""
