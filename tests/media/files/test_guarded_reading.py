@@ -36,7 +36,7 @@ OWN = {
     "newest.path.read_bytes",  # a version of a shot that the program has saved itself
     "spooled.read_bytes",  # a temporary file of this process
     "json.load",
-    "np.load(BytesIO(read_file_bytes(",
+    "np.load(BytesIO(",
     "Preferences.load",
 }
 WRITING = ("'w'", "'wb'", "'rb+'", "'r+b'", "os.dup", "_NEW_FILE", "flags", "os.O_WRONLY")

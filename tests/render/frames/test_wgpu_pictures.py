@@ -111,7 +111,7 @@ def test_view_with_loops_is_drawn_from_table_by_wgpu(device, ctx, rng):
         "ACES 2.0 - SDR 100 nits (Rec.709)",
         LINEAR_REC709[0],
     )
-    assert has_loops(transform)
+    assert has_loops(transform.glsl)
     light = (2 ** rng.uniform(-9, 5, (90, 160, 1)) * rng.uniform(0.3, 1, (90, 160, 3))).astype("f4")
     picture = np.concatenate([light, np.ones((90, 160, 1), np.float32)], axis=-1)
     values = []

@@ -12,6 +12,7 @@ from heatlens.core.base.paths import data_dir
 from heatlens.core.model.view.overlays import overlays_by_name
 from heatlens.fronts.doctor.finding import Finding
 from heatlens.fronts.doctor.solver_check import KERNELS, TOLERANCE, worst_error
+from heatlens.media.color.view_table import TABLE_GLSL
 from heatlens.media.color.view_transform import srgb_transform
 from heatlens.render.defocus import pass_list
 from heatlens.render.defocus.line_solver import (
@@ -23,8 +24,8 @@ from heatlens.render.defocus.line_solver import (
 )
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.program import ComputeProgram, DrawProgram
 from heatlens.render.gpu.program_versions import PLAIN, Variants, combine_variants, without_and_with
+from heatlens.render.gpu.shader_source import ShaderSource, Stage, assemble
 
 _LIMITS = {
     "texture_side_px": "largest texture",
@@ -132,17 +133,30 @@ def solver_step(name: str) -> str:
 
 
 def _build(ctx: Device, build: Build) -> None:
-    """Compile and link a shader, and release it.
+    """Compile and link a shader, and release it. Raises ShaderError if the driver refuses."""
+    for sources in sources_of(build):
+        if "comp" in sources:
+            ctx.compute_program(sources["comp"]).release()
+        else:
+            ctx.draw_program(sources["vert"], sources["frag"]).release()
 
-    Vertex shaders are built with their fragment shaders. Raises ShaderError if the driver refuses.
+
+def sources_of(build: Build) -> list[dict[Stage, ShaderSource]]:
+    """Return the texts of the programs of a build, by stage.
+
+    There are none for vertex shaders, which are built with their fragment shaders, and two for
+    shaders with a view: sRGB and a table.
     """
     name, defines = build
     stem, stage, _ = name.split(".")
+    source = assemble(data_dir("shaders"), name, defines)
     if stage == "frag":
-        DrawProgram(ctx, name=_vertex_shader_of(stem), fragment=stem, defines=defines).release()
-    elif stage == "comp":
-        functions = srgb_transform().glsl if stem.startswith("display/display") else ""
-        ComputeProgram(ctx, name, defines, functions).release()
+        vertex = assemble(data_dir("shaders"), f"{_vertex_shader_of(stem)}.vert.glsl", defines)
+        return [{"vert": vertex, "frag": source}]
+    if stem.startswith("display/display"):
+        views = srgb_transform().glsl, TABLE_GLSL
+        return [{"comp": source.append_functions(view)} for view in views]
+    return [{"comp": source}] if stage == "comp" else []
 
 
 def _vertex_shader_of(fragment: str) -> str:

@@ -11,7 +11,6 @@ from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
 from heatlens.fronts.doctor.finding import Finding
 from heatlens.media.color.color_config import load_color_config
-from heatlens.media.color.view_table import has_loops
 from heatlens.media.color.view_transform import ViewTransform, view_transform
 from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.media.plate.read import read_plate
@@ -70,7 +69,7 @@ def color(ctx: Device) -> Iterator[Finding]:
         f"{config.source}: {view.view} on {view.display}, GPU and processor within {worst:.1e}"
     )
     details = {"config": config.source, "view": view.view, "worst": worst}
-    is_table = has_loops(view) and not ctx.runs_generated_loops
+    is_table = not ctx.runs_generated(view.glsl)
     allowed = TABLE_TOLERANCE if is_table else COLOR_TOLERANCE
     yield Finding("OpenColorIO", "ok" if worst <= allowed else "fault", message, details)
 

@@ -18,7 +18,7 @@ _SCALE = 128.0  # light is coded as asinh(128 light): logarithmic from about 1/1
 _LOOP = re.compile(r"\b(?:for|while)\s*\(")
 _CODED_LOWEST, _CODED_HIGHEST = np.arcsinh(np.array([LOWEST, HIGHEST]) * _SCALE)
 _ENTRIES_PER_CODE = (SIDE - 1) / (_CODED_HIGHEST - _CODED_LOWEST)
-_GLSL = f"""
+TABLE_GLSL = f"""
 uniform sampler3D view_table_tx;
 
 vec4 view_transform(vec4 light) {{
@@ -30,9 +30,9 @@ vec4 view_transform(vec4 light) {{
 """
 
 
-def has_loops(transform: ViewTransform) -> bool:
+def has_loops(glsl: str) -> bool:
     """Return whether the GLSL of a view repeats anything, as that of ACES 2.0 does."""
-    return bool(_LOOP.search(transform.glsl))
+    return bool(_LOOP.search(glsl))
 
 
 def as_table(transform: ViewTransform) -> ViewTransform:
@@ -43,4 +43,4 @@ def as_table(transform: ViewTransform) -> ViewTransform:
     light = np.stack([red, green, blue], axis=-1).reshape(SIDE * SIDE, SIDE, 3)
     values = transform.encode(light).reshape(SIDE, SIDE, SIDE, 3)
     table = Lut("view_table_tx", values, is_linear=True)
-    return replace(transform, key=f"table of {transform.key}", glsl=_GLSL, luts=(table,))
+    return replace(transform, key=f"table of {transform.key}", glsl=TABLE_GLSL, luts=(table,))

@@ -4,7 +4,7 @@ from collections import OrderedDict
 
 import numpy as np
 
-from heatlens.media.color.view_table import as_table, has_loops
+from heatlens.media.color.view_table import as_table
 from heatlens.media.color.view_transform import Lut, ViewTransform, srgb_transform
 from heatlens.render.gpu.device import Device, Image, Sampling, Texture, Texture3D
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
@@ -18,7 +18,7 @@ class _BuiltTransform:
     """A transform on the GPU: its tables, and a program for each shader that was used."""
 
     def __init__(self, ctx: Device, transform: ViewTransform) -> None:
-        if not ctx.runs_generated_loops and has_loops(transform):
+        if transform.key != srgb_transform().key and not ctx.runs_generated(transform.glsl):
             transform = as_table(transform)
         self._ctx = ctx
         self._functions = transform.glsl

@@ -299,10 +299,8 @@ class Device(ABC):
     is_software            a rasterizer on the processor: no fast memory, and timers are wrong; a
                            test may set it to False to have what a GPU would get
     error                  the driver's error since the last time this was read; "" for none
-    runs_generated_loops   False where loops of GLSL that is not ours may never end
     """
 
-    runs_generated_loops = True
     library: str
     name: str
     vendor: str
@@ -379,6 +377,10 @@ class Device(ABC):
     @abstractmethod
     def draw_program(self, vertex: ShaderSource, fragment: ShaderSource) -> LinkedDraw:
         """Build a program that draws. Raises ShaderError with the driver's log."""
+
+    def runs_generated(self, glsl: str) -> bool:
+        """Return whether it can run GLSL that OpenColorIO has made for a view."""
+        return True
 
     @abstractmethod
     def draw_with(self, blend: Blend = Blend.NONE, depth: DepthTest = DepthTest.NONE) -> None:

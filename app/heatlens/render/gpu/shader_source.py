@@ -26,6 +26,7 @@ from heatlens.render.gpu.shader_constants import constants_in
 LINES_PER_FILE = 10_000  # line 20_014 of the assembled text is line 14 of the third file
 _INCLUDE = re.compile(r'^\s*#include\s+(?:"([^"]+)"|(\w+))\s*(?://.*)?$')
 _LINE_IN_LOG = re.compile(r"\b\d+(?::(\d+)|\((\d+)\))")
+Stage = Literal["comp", "vert", "frag"]
 Kind = Literal["sampler", "image", "storage block", "uniform"]
 
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.S)
@@ -70,9 +71,10 @@ class ShaderSource:
 def assemble(folder: Path, name: str, defines: Mapping[str, object] | None = None) -> ShaderSource:
     """Return the shader `name` of `folder`, its includes in place (each once), `defines` on top.
 
-    The constants of `gpu.shader_constants` that it mentions are defined too.
+    The order of `defines` does not matter. The constants of `gpu.shader_constants` that it mentions
+    are defined too.
     """
-    all_defines = dict(defines or {})
+    all_defines = dict(sorted((defines or {}).items()))
     files: dict[str, _ShaderFile] = {}
     body = _expand(folder, name, all_defines, files)
     words = frozenset[str]().union(*(file.words for file in files.values()))

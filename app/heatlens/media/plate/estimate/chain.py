@@ -5,7 +5,6 @@ block. A frame that is read alone is therefore the same as in the whole sequence
 """
 
 import hashlib
-import os
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,10 +14,9 @@ from threading import Lock
 
 import numpy as np
 
-from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import estimates_dir, read_file_bytes
+from heatlens.core.base.paths import estimates_dir
 from heatlens.core.model.depth_words import DepthModelOutput
-from heatlens.media.files.atomic_file import FOR_THE_USER, replace_atomically
+from heatlens.media.files.kept_files import keep_file, read_kept_file
 from heatlens.media.plate.estimate.network import Network, convert_to_display, resize_plane
 from heatlens.media.plate.estimate.scale import Fit, FrameEstimate, fit_to_frame
 from heatlens.media.plate.plate import FloatImage
@@ -136,29 +134,13 @@ def estimate_or_load(network: Network, network_input: FloatImage) -> FloatImage:
     """
     digest = hashlib.blake2b(network_input.tobytes(), digest_size=16, key=network.key.encode())
     path = estimates_dir() / f"{digest.hexdigest()}{_SUFFIX}"
-    with suppress(OSError, ValueError):  # it is missing or damaged
-        stored: FloatImage = np.load(BytesIO(read_file_bytes(path)), allow_pickle=False)
-        os.utime(path)  # the file counts as just used, so that it is deleted last
-        return stored
+    kept = read_kept_file(path)
+    if kept is not None:
+        with suppress(ValueError):  # it is damaged
+            stored: FloatImage = np.load(BytesIO(kept), allow_pickle=False)
+            return stored
     values = network.estimate(network_input)
-    with suppress(OSError, InputError):  # a full or read-only disk
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        _delete_oldest(path.parent)
-        encoded = BytesIO()
-        np.save(encoded, values)
-        with replace_atomically(path, FOR_THE_USER) as temporary_file:
-            temporary_file.write_bytes(encoded.getvalue())
+    encoded = BytesIO()
+    np.save(encoded, values)
+    keep_file(path, encoded.getvalue(), _BYTES_MOST)
     return values
-
-
-def _delete_oldest(folder: Path) -> None:
-    """Delete the files that were not used for longest until at most _BYTES_MOST bytes are left."""
-    files = sorted(
-        (file.stat().st_mtime_ns, file.stat().st_size, file) for file in folder.glob(f"*{_SUFFIX}")
-    )
-    total = sum(size for _, size, _ in files)
-    for _, size, file in files:
-        if total <= _BYTES_MOST:
-            return
-        file.unlink(missing_ok=True)
-        total -= size

@@ -23,7 +23,7 @@ from heatlens.render.gpu.device import (
     StorageBuffer,
     Uniforms,
 )
-from heatlens.render.gpu.shader_source import ShaderSource, declared_in
+from heatlens.render.gpu.shader_source import ShaderSource, Stage, declared_in
 from heatlens.render.gpu.wgpu.buffers import WgBuffer
 from heatlens.render.gpu.wgpu.framebuffers import DrawState
 from heatlens.render.gpu.wgpu.recorder import Recorder
@@ -31,7 +31,6 @@ from heatlens.render.gpu.wgpu.reflection import Binding, Reflection, Uniform, re
 from heatlens.render.gpu.wgpu.spirv import compile_stages
 from heatlens.render.gpu.wgpu.stand_ins import StandIns
 from heatlens.render.gpu.wgpu.translation import (
-    Stage,
     comparing_samplers,
     formatless_images,
     translate_stages,

@@ -18,10 +18,10 @@ import _cffi_backend
 import cffi
 import wgpu
 
-from heatlens.core.base.errors import InputError
 from heatlens.core.base.log import LOG
 from heatlens.core.base.paths import compiled_shaders_dir, read_file_bytes
-from heatlens.media.files.atomic_file import write_atomically
+from heatlens.media.files.kept_files import keep_file, read_kept_file
+from heatlens.render.gpu.wgpu.spirv import SHADERS_MOST_BYTES
 
 _HEADER = Path(wgpu.__file__).parent / "resources" / "combined_header.h"
 _BACKEND = "wgpu.backends.wgpu_native"
@@ -66,17 +66,14 @@ def _parsed_header() -> _ParsedHeader:
     header = read_file_bytes(_HEADER)
     key = hashlib.sha256(header + cffi.__version__.encode()).hexdigest()[:32]
     file = compiled_shaders_dir() / f"{key}.cffi"
-    if file.is_file():
+    kept = read_kept_file(file)
+    if kept is not None:
         try:
-            return _ParsedHeader("wgpu", **ast.literal_eval(read_file_bytes(file).decode()))
+            return _ParsedHeader("wgpu", **ast.literal_eval(kept.decode()))
         except _DAMAGED as error:
             LOG.debug("%s is damaged: %s", file, error)
     words = _parse(header.decode())
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(file, repr(words).encode())
-    except (InputError, OSError) as error:  # a full or read-only disk
-        LOG.debug("the parsed header of wgpu is not kept: %s", error)
+    keep_file(file, repr(words).encode(), SHADERS_MOST_BYTES)
     return _ParsedHeader("wgpu", **words)
 
 

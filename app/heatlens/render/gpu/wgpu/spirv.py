@@ -1,22 +1,28 @@
-"""Compile the stages of a program to SPIR-V, by glslangValidator, which must be installed.
+"""Compile the stages of a program to SPIR-V, which puts loose uniforms into one block.
 
-The compiler puts loose uniforms into one block, and links the stages. What it made is kept in the
-user's cache folder.
+An installed heatlens holds the SPIR-V of all its programs (`fronts/doctor/compiled_shaders.py`).
+For other programs glslangValidator must be installed. What it makes is kept in the cache folder.
 """
 
 import hashlib
+import shutil
 import subprocess
 import tempfile
+import zipfile
 from collections.abc import Sequence
+from functools import cache
+from io import BytesIO
 from pathlib import Path
 
 from heatlens.core.base.errors import GpuError, ShaderError
-from heatlens.core.base.paths import compiled_shaders_dir, read_file_bytes
+from heatlens.core.base.paths import compiled_shaders_dir, data_dir, read_file_bytes
 from heatlens.core.base.system_packages import shader_compiler_advice
-from heatlens.media.files.atomic_file import write_atomically
+from heatlens.media.files.kept_files import keep_file, read_kept_file
 from heatlens.render.gpu.wgpu.translation import StageText
 
 COMPILER = "glslangValidator"
+PACKED = "spirv.zip"  # in the folder of shaders
+SHADERS_MOST_BYTES = 64 << 20  # in the cache folder; a version has 14 MB if all is drawn
 _WORDS = (COMPILER, "-V", "-R", "--auto-map-bindings", "--auto-map-locations")
 
 
@@ -25,16 +31,44 @@ def compile_stages(stages: Sequence[StageText], name: str) -> list[bytes]:
 
     Raises ShaderError with the compiler's log, and GpuError where the compiler is missing.
     """
+    names = module_names(stages)
+    found = [_packed_module(one) or _kept_module(one) for one in names]
+    modules = [module for module in found if module is not None]
+    if len(modules) < len(names):
+        modules = _run_compiler(stages, name)
+        for one, module in zip(names, modules, strict=True):
+            keep_file(compiled_shaders_dir() / one, module, SHADERS_MOST_BYTES)
+    return modules
+
+
+def module_names(stages: Sequence[StageText]) -> list[str]:
+    """Return the names of the files with the SPIR-V of each stage, which hold a hash of all."""
     parts = [" ".join(_WORDS), *(f"{one.stage}\n{one.text}" for one in stages)]
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
-    files = [compiled_shaders_dir() / f"{key}.{one.stage}.spv" for one in stages]
-    if all(file.is_file() for file in files):
-        return [read_file_bytes(file) for file in files]
-    modules = _run_compiler(stages, name)
-    for file, module in zip(files, modules, strict=True):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(file, module)
-    return modules
+    return [f"{key}.{one.stage}.spv" for one in stages]
+
+
+def has_compiler() -> bool:
+    """Return whether programs can be compiled that are not in the package."""
+    return shutil.which(COMPILER) is not None
+
+
+def _packed_module(name: str) -> bytes | None:
+    """Return a module that came with heatlens, or None."""
+    packed = _packed_modules()
+    return packed.read(name) if packed is not None and name in packed.NameToInfo else None
+
+
+@cache
+def _packed_modules() -> zipfile.ZipFile | None:
+    """Return the modules that came with heatlens: none with a checkout."""
+    file = data_dir("shaders") / PACKED
+    return zipfile.ZipFile(BytesIO(read_file_bytes(file))) if file.is_file() else None
+
+
+def _kept_module(name: str) -> bytes | None:
+    """Return a module of the cache folder, or None."""
+    return read_kept_file(compiled_shaders_dir() / name)
 
 
 def _run_compiler(stages: Sequence[StageText], name: str) -> list[bytes]:
@@ -47,7 +81,8 @@ def _run_compiler(stages: Sequence[StageText], name: str) -> list[bytes]:
             run = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
         except FileNotFoundError:
             raise GpuError(
-                f"wgpu needs the compiler {COMPILER}: {shader_compiler_advice()}."
+                "wgpu needs compiled shaders, which this heatlens was installed without, or their "
+                f"compiler {COMPILER}: {shader_compiler_advice()}."
             ) from None
         if run.returncode != 0:
             raise ShaderError(f"{name}: {' '.join(run.stdout.split())}")

@@ -14,11 +14,9 @@ The shaders are one text for both devices. What differs is changed here, in the 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
-from heatlens.render.gpu.shader_source import ShaderSource
+from heatlens.render.gpu.shader_source import ShaderSource, Stage
 
-Stage = Literal["comp", "vert", "frag"]
 TEXTURE, SAMPLER = "_texture", "_sampler"  # endings of the two names that a sampler of OpenGL gets
 
 _SAMPLER = re.compile(r"\buniform\s+([iu]?)sampler(2D|2DArray|3D)(Shadow|)\s+([^;]+);")

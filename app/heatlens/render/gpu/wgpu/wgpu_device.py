@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import wgpu
 
 from heatlens.core.base.errors import GpuError
+from heatlens.media.color.view_table import has_loops
 from heatlens.render.gpu.device import (
     Blend,
     Data,
@@ -29,6 +30,7 @@ from heatlens.render.gpu.wgpu.linked import Shared
 from heatlens.render.gpu.wgpu.native_library import import_native_library
 from heatlens.render.gpu.wgpu.programs import WgCompute, WgDraw
 from heatlens.render.gpu.wgpu.recorder import Recorder
+from heatlens.render.gpu.wgpu.spirv import has_compiler
 from heatlens.render.gpu.wgpu.textures import (
     WgDepthBuffer,
     WgShadowMap,
@@ -68,8 +70,6 @@ Made = TypeVar("Made", bound=Sampled)
 class WgDevice(Device):
     """A device of wgpu."""
 
-    # Translated by naga, the search loops of OpenColorIO's ACES 2.0 did not end on lavapipe.
-    runs_generated_loops = False
     library = "wgpu"
 
     def __init__(self, adapter: Any, fills_nan: bool = False) -> None:
@@ -166,6 +166,10 @@ class WgDevice(Device):
     def draw_program(self, vertex: ShaderSource, fragment: ShaderSource) -> WgDraw:
         """Build a program that draws. Raises ShaderError with the compiler's log."""
         return WgDraw(self._shared, vertex, fragment)
+
+    def runs_generated(self, glsl: str) -> bool:
+        # Translated by naga, the search loops of OpenColorIO's ACES 2.0 did not end on lavapipe.
+        return has_compiler() and not has_loops(glsl)
 
     def draw_with(self, blend: Blend = Blend.NONE, depth: DepthTest = DepthTest.NONE) -> None:
         self._shared.draw_state.blend, self._shared.draw_state.depth = blend, depth
