@@ -71,6 +71,15 @@ def _is_awake(process: int) -> bool:
     return any(stat.read_text().rpartition(")")[2].split()[0] in "RD" for stat in threads)
 
 
+def _share_known_programs(frames_folder: Path) -> None:
+    """Let windows of these tests share which programs are known, so that one builds them."""
+    shared = Path(os.environ["HEATLENS_CACHE_DIR"]) / "programs"
+    shared.mkdir(parents=True, exist_ok=True)
+    frames_folder.mkdir(parents=True, exist_ok=True)
+    if not (frames_folder / "programs").exists():
+        (frames_folder / "programs").symlink_to(shared)
+
+
 class Window:
     """A process of `heatlens` with a window on `screen`; it is open once its name has `title`."""
 
@@ -91,6 +100,7 @@ class Window:
             **more_environment,
         }
         environment.pop("WAYLAND_DISPLAY", None)
+        _share_known_programs(folder / "cache" / "frames")
         self.environment = environment
         self.process = start_heatlens(*words, env=environment)
         screen.started.append(self.process)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import ClassVar
@@ -15,6 +16,7 @@ from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Method, Qu
 from heatlens.core.model.shot.shot import Shot
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.quality import kernel_for, layers_for
+from heatlens.render.gpu.known_programs import KNOWN_PROGRAMS, NewProgramError
 from heatlens.render.preview.level_choice import (
     GPU_WORK_POWER,
     CostModel,
@@ -22,6 +24,7 @@ from heatlens.render.preview.level_choice import (
     first_picture_settings,
 )
 from heatlens.studio.session.pictures import live_picture
+from heatlens.studio.session.pictures.elsewhere import ProcessBuilder
 from heatlens.studio.session.pictures.live_picture import LivePicture, PlateVersion
 
 SIZE = (1920, 1080)
@@ -429,3 +432,54 @@ def test_shown_picture_is_never_drawn_over():
             assert (
                 live.output is shown_picture or live.output.texture[2] != shown_picture.texture[2]
             )
+
+
+class Builder(ProcessBuilder):
+    """Builds the programs of one kind of picture after another, when it is told to."""
+
+    def __init__(self) -> None:
+        self.version, self.built, self.requests = 0, set(), []
+
+    def refuse_new(self, shot: Shot) -> AbstractContextManager[None]:
+        return KNOWN_PROGRAMS.refuse_new()
+
+    def request(self, shot: Shot, frame: int) -> None:
+        self.requests.append(shot)
+
+    def build(self, settings: DefocusSettings) -> None:
+        self.built.add(settings)
+        self.version += 1
+
+
+class RefusingMachine(Machine):
+    """A machine that refuses pictures whose programs its builder has not built."""
+
+    builder: Builder
+
+    def steps(self, shot: Shot, frame: int, slot: int, enlarges: bool = False) -> Iterator[str]:
+        settings = shot.defocus
+        if settings.method is not Method.PYRAMID and settings not in self.builder.built:
+            yield "pass"
+            raise NewProgramError("blur")
+        return (yield from super().steps(shot, frame, slot))
+
+
+@settings(max_examples=30)
+@given(st.lists(st.sampled_from(cheaper_levels(FILM)), max_size=6), SPEEDS)
+def test_pictures_wait_for_programs_of_another_process_while_a_pyramid_answers(order, full_seconds):
+    """Only what is built is rendered, each change is answered, and what comes next is shown."""
+    machine = RefusingMachine(full_seconds)
+    machine.builder = builder = Builder()
+    live = LivePicture(machine, machine.clock, builder=builder)
+    for shot, level in zip(shots(len(order) + 1), [*order, FILM], strict=True):
+        live.request(shot, 1, BUDGET_S, within_s=2 * BUDGET_S)
+        for _ in range(10_000):
+            machine.clock_s += 1.0
+            if not live.has_work():
+                break
+            live.work(SLICE_S)
+        assert not live.is_answering and live.output.shot == shot
+        assert live.output.settings in builder.built | {first_picture_settings(FILM, SIZE)}
+        builder.build(level)
+    settle(machine, live)
+    assert live.output.is_whole and (builder.requests or FILM in builder.built)

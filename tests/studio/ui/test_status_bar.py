@@ -181,3 +181,12 @@ def test_first_quick_picture_is_explained_until_the_whole_one_is_there(gui, monk
         gui.session.lens.commands.focus(3.0)
         gui.frame(2)
         assert "quick picture" not in status.words(None)
+
+
+def test_status_tells_how_far_the_driver_is_prepared_while_a_process_works(gui, monkeypatch):
+    status = gui.screen.status
+    usual = status.words(None)
+    monkeypatch.setattr(type(gui.session.pictures.builder), "progress", "3 of 12")
+    assert "3 of 12" in status.words(None)
+    monkeypatch.undo()
+    assert status.words(None) == usual

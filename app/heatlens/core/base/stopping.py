@@ -101,6 +101,9 @@ def temporary_folder() -> Iterator[Path]:
             shutil.rmtree(path, ignore_errors=True)
 
 
+_LOWER_BY = 5
+
+
 def die_with_parent(parent: int) -> None:
     """Let this process end when its `parent`, a process number, ends; macOS has no way."""
     if sys.platform == "win32":
@@ -119,6 +122,12 @@ def die_with_parent(parent: int) -> None:
     ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
     if os.getppid() != parent:  # the parent had already ended
         os._exit(128 + signal.SIGKILL)
+
+
+def lower_priority() -> None:
+    """Let other programs go first; on Windows, whoever starts this process does that."""
+    if sys.platform != "win32":
+        os.nice(_LOWER_BY)
 
 
 def record_new_folder(path: str | os.PathLike[str]) -> None:

@@ -35,6 +35,7 @@ from heatlens.studio.session.pictures.live_picture import LivePicture
 from heatlens.studio.session.pictures.look_commands import LookCommands
 from heatlens.studio.session.pictures.picture_commands import PictureCommands
 from heatlens.studio.session.pictures.picture_view import PictureDisplay
+from heatlens.studio.session.pictures.program_builder import ProgramBuilder
 from heatlens.studio.session.pictures.shot_reference import ShotReference
 from heatlens.studio.session.pictures.view_commands import ReferenceLoader, ViewCommands
 from heatlens.studio.session.playing.ahead_jobs import AheadJobs
@@ -65,13 +66,16 @@ class PictureControl:
         self.frame_jobs = AheadJobs(shared, timeline, self.view)
         self.frame_store = store_of(shared.preferences.values, frames_folder, shared.wake)
         self.cluster = ClusterFrames(shared, jobs=self.frame_jobs, store=self.frame_store)
-        self.sides = CompareSides(self.renderer, WholePictures(self.renderer, self.cluster))
+        self.builder = ProgramBuilder(shared, frames_folder)
+        self.sides = CompareSides(
+            self.renderer, WholePictures(self.renderer, self.cluster), self.builder
+        )
         self.channel = ChannelView(shared, self.view)
         self.other_shot = ShotReference(shared, self.sides, self.view)
         self.looks = LookCommands(shared, self.view)
         self.saving = PictureCommands(shared, self.display, self.live)
         self.workers: tuple[Worker, ...] = (
-            *(self.references, self.other_shot, self.channel, self.saving),
+            *(self.references, self.other_shot, self.channel, self.saving, self.builder),
         )
 
     def use_header_color_space(self, attributes: Mapping[str, object]) -> str:

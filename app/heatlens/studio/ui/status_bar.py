@@ -199,6 +199,8 @@ class StatusBar:
         facts, is_start = self._board.facts, self._ui.files.start_choices.is_shown
         is_preview = facts.shown_picture is not None and facts.is_rendering and not is_start
         hint = "Arrows and Enter, a digit or a click" if is_start else mouse_words(facts.has_camera)
+        if progress := self._control.builder.progress:
+            return f"Preparing the graphics driver, {progress}: pictures are coarse until then"
         return self._ui.preview_hint(is_preview) or f"{hint}.  F1 shows the keys."
 
     def _values_at(self, hovered_px: tuple[int, int] | None) -> str:
@@ -217,8 +219,7 @@ class StatusBar:
         if values is None:
             return ""
         if facts.has_camera:  # a scene's preview may be smaller
-            _, window = facts.windows()
-            coc_px = values.coc_px * window.width / plate.display_window.width
+            coc_px = values.coc_px * facts.windows()[1].width / plate.display_window.width
             values = replace(values, display_px=hovered_px, data_px=hovered_px, coc_px=coc_px)
         channel = printable(self._control.channel.words_at(values.data_px))
         return channel + reading_text(values, facts.unit, facts.lens)

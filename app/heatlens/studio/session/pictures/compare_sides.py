@@ -13,7 +13,7 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software
 from heatlens.render.preview.level_choice import GPU_WORK_POWER, CostModel
 from heatlens.render.preview.shown import ShownPicture, without_notes
-from heatlens.studio.session.pictures.elsewhere import RemoteRenderer
+from heatlens.studio.session.pictures.elsewhere import ProcessBuilder, RemoteRenderer
 from heatlens.studio.session.pictures.live_picture import FIRST_PLATE, LivePicture, PlateVersion
 from heatlens.studio.session.pictures.look_pictures import LookPictures
 
@@ -32,14 +32,24 @@ class CompareSides:
     starts again if the other interrupts it.
     """
 
-    def __init__(self, renderer: FrameRenderer, remote: RemoteRenderer | None = None) -> None:
-        """Render on this machine; `remote` may render the whole picture of A instead."""
+    def __init__(
+        self,
+        renderer: FrameRenderer,
+        remote: RemoteRenderer | None = None,
+        builder: ProcessBuilder | None = None,
+    ) -> None:
+        """Render on this machine; `remote` may render the whole picture of A instead.
+
+        `builder` may build programs in place of this process.
+        """
         self._renderer = renderer
         # A small picture does not fill a GPU, so times grow more slowly than the number of pixels.
         # A linear model would choose smaller levels than the GPU can render; see `GPU_WORK_POWER`.
         power = 1.0 if is_software(renderer.ctx) else GPU_WORK_POWER
-        self.a = LivePicture(renderer, cost=CostModel(work_power=power), remote=remote)
-        self.b = LivePicture(renderer, first_slot=2, cost=self.a.cost)
+        self.a = LivePicture(
+            renderer, cost=CostModel(work_power=power), remote=remote, builder=builder
+        )
+        self.b = LivePicture(renderer, first_slot=2, cost=self.a.cost, builder=builder)
         self.looks = LookPictures(renderer, self.b)
         self.other_shot: Shot | None = None  # what B shows where it is another shot
         self._b_request: Shot | None = None  # the shot of B, while it is rendered

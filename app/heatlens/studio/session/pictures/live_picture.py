@@ -3,14 +3,14 @@
 If the whole picture fits the time of a frame, it is rendered at once. Otherwise a quicker preview
 of the same lens is shown (smaller, with simpler discs), and the whole picture is rendered in
 slices, so that the window stays responsive. The picture of a scene is refined with more and more
-points of the lens. If the first answer to a change takes too long, it continues in slices too: a
-driver builds its programs during the first pictures.
+points of the lens. If the first answer to a change takes too long, it continues in slices too.
+What needs a program that the driver has not built yet waits until another process has built it.
 """
 
 import math
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -21,16 +21,18 @@ from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.known_programs import NewProgramError
 from heatlens.render.gpu.program import programs_built
 from heatlens.render.preview.level_choice import (
     CostModel,
     first_picture_settings,
+    is_better,
     level_at_rest,
     level_while_moving,
     useful_levels,
 )
 from heatlens.render.preview.shown import PictureKey, ShownPicture, whole_picture, without_notes
-from heatlens.studio.session.pictures.elsewhere import RemoteRenderer
+from heatlens.studio.session.pictures.elsewhere import ProcessBuilder, RemoteRenderer
 
 _REST_S = 0.08  # without a change for this long, the input rests; a drag sends several changes
 _MANY_PX = 1 << 20  # a larger picture may take long on a machine of which nothing is known yet
@@ -70,16 +72,19 @@ class LivePicture:
         first_slot: int = 0,
         cost: CostModel | None = None,
         remote: RemoteRenderer | None = None,
+        builder: ProcessBuilder | None = None,
     ) -> None:
         """Use slot `first_slot` of the renderer and the next one for the pictures.
 
         `cost` is the cost model of this machine, shared with other pictures. `remote` renders whole
-        pictures in place of this machine.
+        pictures in place of this machine. `builder` builds programs in place of this process.
         """
         self._renderer = renderer
         self._clock = clock
         self.cost = cost or CostModel()
-        self.remote = remote or RemoteRenderer()
+        self.remote, self.builder = remote or RemoteRenderer(), builder or ProcessBuilder()
+        # The version of the builder at which pictures with these settings needed a new program.
+        self._refused_at: dict[DefocusSettings, int] = {}
         self.output: ShownPicture | None = None
         self._request: PictureKey | None = None
         self._changed_at = 0.0
@@ -240,7 +245,7 @@ class LivePicture:
         if not self.is_working or self.remote.is_waiting:
             return False
         is_begun = self.is_answering or self._work is not None
-        return is_plate_whole or is_begun or self._next_level(is_plate_whole=False) is not None
+        return is_begun or self._next_level(is_plate_whole) is not None
 
     def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
         """Continue with the answer, or if the input rests with a better picture, for a slice."""
@@ -268,19 +273,34 @@ class LivePicture:
     def _best_level(self, requested: DefocusSettings, budget_s: float) -> DefocusSettings:
         """Return the best preview level that fits the time budget, see `level_while_moving`."""
         size = self._renderer.loaded.color.size
-        levels = useful_levels(requested, size)
+        levels = tuple(filter(self._is_buildable, useful_levels(requested, size)))
+        is_first = not self.cost.seconds_per_px and self.output is None
+        if is_first or not levels:
+            return first_picture_settings(requested, size)
         if not self.cost.seconds_per_px:  # nothing has been measured on this machine yet
-            return first_picture_settings(requested, size) if self.output is None else levels[-1]
+            return levels[-1]
         return level_while_moving(levels, self._level, budget_s, self._predict_s)
 
     def _next_level(self, is_plate_whole: bool) -> DefocusSettings | None:
         """Return what to render at rest, see `level_at_rest`."""
         assert self._request is not None
         requested = self._request.settings
-        if not self.cost.seconds_per_px and self._pixel_count(requested) > _MANY_PX:
-            return self._best_level(requested, self._budget_s)
         shown_settings = None if self.output is None else self.output.settings
-        return level_at_rest(requested, shown_settings, is_plate_whole, self._predict_s)
+        is_unknown = not self.cost.seconds_per_px and self._pixel_count(requested) > _MANY_PX
+        if not is_unknown:
+            level = level_at_rest(requested, shown_settings, is_plate_whole, self._predict_s)
+            if level is None or self._is_buildable(level):
+                return level
+            if is_plate_whole and self._is_buildable(requested):
+                return requested
+        level = self._best_level(requested, self._budget_s)
+        is_step_up = shown_settings is None or is_better(level, shown_settings, requested)
+        return level if is_step_up else None
+
+    def _is_buildable(self, settings: DefocusSettings) -> bool:
+        """Return False while pictures with these settings wait for another process."""
+        is_refused = self._refused_at.get(settings) == self.builder.version
+        return not (is_refused or self.builder.is_pending(settings))
 
     def _predict_s(self, settings: DefocusSettings) -> float:
         """Return the predicted seconds for a picture with these settings."""
@@ -323,10 +343,17 @@ class LivePicture:
         """Render in steps until the time is over; a finished picture becomes the output."""
         assert self._work is not None and self._request is not None
         work, start = self._work, self._clock()
+        size = self._renderer.loaded.color.size
+        is_quickest = work.settings == first_picture_settings(work.key.settings, size)
         try:
-            while self._clock() - start < slice_s and not self.remote.is_waiting:
-                next(work.steps)
+            with nullcontext() if is_quickest else self.builder.refuse_new(work.key.shot):
+                while self._clock() - start < slice_s and not self.remote.is_waiting:
+                    next(work.steps)
             work.seconds += self._clock() - start
+        except NewProgramError:
+            self._work = None
+            self._refused_at[work.settings] = self.builder.version
+            self.builder.request(work.key.shot, work.key.frame)
         except StopIteration as end:
             self._renderer.ctx.finish()
             work.seconds += self._clock() - start

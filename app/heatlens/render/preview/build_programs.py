@@ -1,0 +1,80 @@
+"""Build the programs of a source's pictures, run as a process beside a window.
+
+It renders the previews and the whole picture of one frame, and so fills the driver's cache. After
+each picture it writes the digests of its new programs, in one line. It never outlives the calling
+process.
+"""
+
+import pickle
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from heatlens.core.base.stopping import die_with_parent, lower_priority
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.framing import Framing
+from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.core.model.shot.shot import LensCurves, Shot
+from heatlens.render.frame_renderer import FrameRenderer, headless_renderer, run_all_steps
+from heatlens.render.gpu.known_programs import KNOWN_PROGRAMS
+from heatlens.render.preview.level_choice import useful_levels
+from heatlens.render.source.source import Source
+
+_SMALL_SCENE = 1 / 4  # the scale at which a window draws a scene first
+# A lens that focuses nearer or farther blurs in other sizes, for which programs differ.
+_FOCUS_FACTORS, _SMALL_PROXY = (1.0, 0.4, 4.0), 1 / 4
+
+
+@dataclass(frozen=True)
+class BuildRequest:
+    """The pictures of one frame of a source to render, each the shot with other settings."""
+
+    source: Source
+    frame: int
+    pictures: tuple[Shot, ...]
+
+
+def pictures_to_build(renderer: FrameRenderer, shot: Shot, frame: int) -> tuple[Shot, ...]:
+    """Return the pictures that a window may show of a frame.
+
+    The quickest comes first, then the whole picture, then the previews between them.
+    """
+    shot = replace(shot, lens=shot.lens_at(frame), curves=LensCurves())
+    framing, settings = shot.framing or Framing(), shot.defocus
+    small = replace(shot, framing=framing.scaled(_SMALL_SCENE))
+    quick = [
+        replace(sized, defocus=level, lens=lens)
+        for sized in ((shot, small) if renderer.has_many_views else (shot,))
+        for level in useful_levels(settings, renderer.size(sized))[:0:-1]
+        for lens in _lenses(shot.lens, level)
+    ]
+    return (quick[0], shot, *quick[1:]) if quick else (shot,)
+
+
+def _lenses(lens: Lens, level: DefocusSettings) -> Iterator[Lens]:
+    """Yield the lens, for small pictures with other focus distances too."""
+    for factor in _FOCUS_FACTORS if level.proxy <= _SMALL_PROXY else (1.0,):
+        yield replace(lens, focus_distance_m=lens.focus_distance_m * factor)
+
+
+def build_programs(request: BuildRequest) -> None:
+    """Render every picture of a request; write a line after each."""
+    renderer, frame, shot = headless_renderer(), request.frame, request.pictures[0]
+    loader = request.source.loader(shot, (request.source.origin(shot, frame, "hold"),), renderer)
+    if not renderer.has_many_views:
+        loader.load(request.source.origin(shot, frame, "hold"))
+    written: set[str] = set()
+    for picture in request.pictures:
+        renderer.load_pinhole(picture, frame, views=1)
+        run_all_steps(renderer.steps(picture, frame, enlarges=picture.defocus.proxy < 1.0))
+        renderer.ctx.finish()
+        sys.stdout.write(" ".join(KNOWN_PROGRAMS.digests - written) + "\n")
+        sys.stdout.flush()
+        written = set(KNOWN_PROGRAMS.digests)
+    loader.close()
+
+
+if __name__ == "__main__":
+    die_with_parent(int(sys.argv[1]))
+    lower_priority()
+    build_programs(pickle.load(sys.stdin.buffer))

@@ -1,0 +1,76 @@
+"""A process builds the programs of a session's pictures, which then needs no new one."""
+
+import pytest
+
+from heatlens.core.model.shot.settings import DefocusSettings, Quality
+from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.gpu.known_programs import KNOWN_PROGRAMS
+from heatlens.studio.board.session import Session
+from heatlens.studio.settings.start import Start
+from support.evening import run_until, run_until_settled
+from support.session_files import room_file
+
+DRAFT = DefocusSettings(quality=Quality.DRAFT, layers=2)
+
+
+@pytest.fixture
+def begin(ctx, tmp_path, monkeypatch):
+    """Return a function that opens a source in a session that knows no programs."""
+    monkeypatch.setattr(KNOWN_PROGRAMS, "digests", set())
+    made = []
+
+    def begun(source: str) -> Session:
+        renderer, folder = FrameRenderer(ctx), tmp_path / "frames"
+        made.append(Session(renderer, Start(source, defocus=DRAFT), frames_folder=folder))
+        made[-1].begin()
+        return made[-1]
+
+    yield begun
+    for session in made:
+        session.close()
+
+
+def refused_pictures(session: Session, monkeypatch) -> list[object]:
+    """Return a list to which each request for the process will be added."""
+    requests: list[object] = []
+    request = session.pictures.builder.request
+    monkeypatch.setattr(
+        session.pictures.builder,
+        "request",
+        lambda shot, frame: (requests.append(shot), request(shot, frame)),
+    )
+    return requests
+
+
+def test_whole_picture_comes_once_a_process_has_built_its_programs(begin, tmp_path, monkeypatch):
+    source = str(room_file(tmp_path / "room.exr"))
+    session = begin(source)
+    requests = refused_pictures(session, monkeypatch)
+    run_until(session, lambda: session.pictures.live.output is not None, "a picture")
+    assert not session.pictures.live.output.is_whole
+    run_until(session, lambda: bool(session.pictures.builder.progress), "the process")
+    run_until_settled(session)
+    assert requests and session.pictures.live.output.is_whole
+    session.close()
+    monkeypatch.setattr(KNOWN_PROGRAMS, "digests", set())
+    later = begin(source)
+    later_requests = refused_pictures(later, monkeypatch)
+    run_until_settled(later)
+    assert not later_requests and later.pictures.live.output.is_whole
+
+
+def test_session_builds_programs_itself_where_the_process_cannot_start(
+    begin, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("GLCONTEXT_DEVICE_INDEX", "99")
+    session = begin(str(room_file(tmp_path / "room.exr")))
+    requests = refused_pictures(session, monkeypatch)
+    run_until_settled(session)
+    assert requests and session.pictures.live.output.is_whole
+
+
+def test_close_ends_the_process(begin, tmp_path, monkeypatch):
+    session = begin(str(room_file(tmp_path / "room.exr")))
+    run_until(session, lambda: bool(session.pictures.builder.progress), "the process")
+    session.close()
+    assert not session.pictures.builder.progress
