@@ -15,6 +15,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from typing import Any, TextIO
 
+from heatlens.core.base.log import FILE_VARIABLE
+
 
 class _Depth(threading.local):
     """The number of quiet blocks that the current thread is in."""
@@ -56,6 +58,7 @@ _last_streams: list[_MutableStdout] = []
 _lock = threading.Lock()
 _restore_stack = ExitStack()
 _threads_inside = 0
+_is_protected = False
 
 
 def protect_output() -> None:
@@ -64,12 +67,28 @@ def protect_output() -> None:
     What drivers and libraries print on the process's stdout then goes to stderr: programs read the
     results of a command on stdout, a picture among them.
     """
+    global _is_protected
+    _is_protected = True
     for name, number in (("stdout", 1), ("stderr", 2)):
         stream = getattr(sys, name)
         if _is_process_stream(stream, number):
             setattr(sys, name, _duplicate(stream, number))
     with contextlib.suppress(OSError):  # started without a stderr
         os.dup2(2, 1)
+
+
+def mute_libraries() -> None:
+    """Keep what libraries print on stderr from now on in the log, if there is one, else drop it.
+
+    This is for a library that prints pages before it ends the process, whose end is told in a
+    sentence. Without `protect_output` before, nothing changes.
+    """
+    if _is_protected:
+        with contextlib.suppress(OSError):
+            target = os.environ.get(FILE_VARIABLE) or os.devnull
+            descriptor = os.open(target, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+            os.dup2(descriptor, 2)
+            os.close(descriptor)
 
 
 def _duplicate(stream: TextIO, number: int) -> TextIO:

@@ -14,10 +14,23 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from heatlens.core.base.errors import GpuError
 from heatlens.render.gpu.shader_source import ShaderSource
 
 Data: TypeAlias = bytes | bytearray | memoryview | npt.NDArray[np.generic]
 Area = tuple[int, int, int, int]  # x, y, width and height in pixels
+
+
+class DeviceLostError(GpuError):
+    """The driver was started anew, or the device was taken away: nothing can be drawn any more."""
+
+
+class DeviceError(GpuError):
+    """What a graphics library refused; `reason` is in its own words, `details` all that it says."""
+
+    def __init__(self, sentence: str, reason: str, details: str) -> None:
+        super().__init__(sentence)
+        self.reason, self.details = reason, details
 
 
 class Sampling(Enum):

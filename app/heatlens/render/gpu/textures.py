@@ -4,6 +4,7 @@ Storage buffers can be divided into equal parts that are bound like separate buf
 """
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,7 +13,15 @@ import numpy.typing as npt
 
 from heatlens.core.base.errors import GpuError
 from heatlens.core.model.lens.aperture import Aperture
-from heatlens.render.gpu.device import Buffer, BufferPart, Device, Sampling, Texture, TextureArray
+from heatlens.render.gpu.device import (
+    Buffer,
+    BufferPart,
+    Device,
+    DeviceError,
+    Sampling,
+    Texture,
+    TextureArray,
+)
 
 Storage = Literal["f2", "f4", "u4"]
 FloatArray = npt.NDArray[np.float32]
@@ -20,28 +29,28 @@ _BAND_BYTES = 16 << 20  # uploaded at a time, which takes a few milliseconds
 _OPENINGS_MAX = 4  # enough for four looks side by side
 
 
-def _check_memory(ctx: Device, resource: str) -> None:
-    """Raise GpuError if OpenGL reports an error, because moderngl ignores failed allocations."""
-    error = ctx.error
-    if error:
+@contextmanager
+def _tell_missing_memory(ctx: Device, resource: str) -> Iterator[None]:
+    """Raise GpuError if the device refuses a resource; moderngl ignores failed allocations."""
+    reason = ctx.error  # of an earlier call, which would be taken for missing memory
+    try:
+        yield
+        reason = ctx.error
+    except DeviceError as error:
+        reason = error.reason
+    if reason:
         raise GpuError(
-            f"{ctx.library} could not make {resource} ({error}). "
+            f"{ctx.library} could not make {resource} ({reason}). "
             "A smaller --proxy needs less memory."
         )
-
-
-def _forget_error(ctx: Device) -> None:
-    """Clear OpenGL's error, because one of an earlier call would be taken for missing memory."""
-    _ = ctx.error
 
 
 def new_texture(
     ctx: Device, size: tuple[int, int], components: int, storage: Storage = "f4", label: str = ""
 ) -> Texture:
     """Make a texture of `size` (width, height), read texel by texel, edge-clamped."""
-    _forget_error(ctx)
-    texture = ctx.texture(size, components, dtype=storage)
-    _check_memory(ctx, f"a {size[0]}x{size[1]} texture")
+    with _tell_missing_memory(ctx, f"a {size[0]}x{size[1]} texture"):
+        texture = ctx.texture(size, components, dtype=storage)
     texture.sampling = Sampling.NEAREST
     texture.repeats = False
     texture.label = label
@@ -52,9 +61,8 @@ def new_array(
     ctx: Device, size: tuple[int, int], layers: int, components: int, storage: Storage = "f4"
 ) -> TextureArray:
     """Make an array texture of `layers` images of `size`."""
-    _forget_error(ctx)
-    array = ctx.texture_array((*size, layers), components, dtype=storage)
-    _check_memory(ctx, f"{layers} layers of {size[0]}x{size[1]}")
+    with _tell_missing_memory(ctx, f"{layers} layers of {size[0]}x{size[1]}"):
+        array = ctx.texture_array((*size, layers), components, dtype=storage)
     array.sampling = Sampling.NEAREST
     array.repeats = False
     return array
@@ -62,17 +70,15 @@ def new_array(
 
 def new_buffer(ctx: Device, size_bytes: int) -> Buffer:
     """Make a storage buffer. Raises GpuError if there is no memory for it."""
-    _forget_error(ctx)
-    buffer = ctx.buffer(reserve=size_bytes)
-    _check_memory(ctx, f"a buffer of {size_bytes / 1e6:.0f} MB")
+    with _tell_missing_memory(ctx, f"a buffer of {size_bytes / 1e6:.0f} MB"):
+        buffer = ctx.buffer(reserve=size_bytes)
     return buffer
 
 
 def enlarge(ctx: Device, buffer: Buffer, size_bytes: int) -> None:
     """Give a buffer `size_bytes` of new memory. Raises GpuError if there is none."""
-    _forget_error(ctx)
-    buffer.orphan(size_bytes)
-    _check_memory(ctx, f"a buffer of {size_bytes / 1e6:.0f} MB")
+    with _tell_missing_memory(ctx, f"a buffer of {size_bytes / 1e6:.0f} MB"):
+        buffer.orphan(size_bytes)
 
 
 def upload(texture: Texture, pixels: FloatArray) -> None:

@@ -16,6 +16,7 @@ from heatlens.core.base.errors import ShaderError
 from heatlens.render.gpu.device import (
     Buffer,
     BufferPart,
+    DeviceError,
     LinkedProgram,
     NamedBuffers,
     NamedImages,
@@ -167,8 +168,8 @@ class WgProgram(LinkedProgram):
                 one.stage: device.create_shader_module(code=module)
                 for one, module in zip(stages, compiled, strict=True)
             }
-        except wgpu.GPUError as error:
-            raise ShaderError(f"{self._name}: {' '.join(str(error).split())}") from error
+        except DeviceError as error:
+            raise ShaderError(f"{self._name}: {error.details}") from error
         entries = self._layout_entries([one.stage for one in stages], reflections)
         group_layout = device.create_bind_group_layout(entries=entries)
         first = reflections[0]

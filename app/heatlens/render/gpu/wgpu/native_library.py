@@ -9,6 +9,7 @@ import ast
 import hashlib
 import importlib
 import io
+import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,9 +19,11 @@ import _cffi_backend
 import cffi
 import wgpu
 
+from heatlens.core.base.errors import GpuError
 from heatlens.core.base.log import LOG
 from heatlens.core.base.paths import compiled_shaders_dir, read_file_bytes
 from heatlens.media.files.kept_files import keep_file, read_kept_file
+from heatlens.render.gpu.device import DeviceError, DeviceLostError
 from heatlens.render.gpu.wgpu.spirv import SHADERS_MOST_BYTES
 
 _HEADER = Path(wgpu.__file__).parent / "resources" / "combined_header.h"
@@ -39,6 +42,29 @@ class _ParsedHeader(_cffi_backend.FFI):  # type: ignore[misc]
 
 
 def import_native_library() -> None:
+    """Import the library, and let it raise and log errors in the way of heatlens."""
+    _import()
+    helpers: Any = importlib.import_module(f"{_BACKEND}._helpers")
+    helpers.ERROR_TYPES = dict.fromkeys(helpers.ERROR_TYPES, _device_error)
+    logger = logging.getLogger("wgpu")
+    logger.parent, logger.handlers[:] = LOG, []
+
+
+def _device_error(message: str) -> GpuError:
+    """Return the error for what wgpu says, whose last line has the cause."""
+    if "device is lost" in message:
+        return DeviceLostError(
+            "The graphics device was lost: its driver was started anew, or it was taken away. "
+            "Start heatlens again."
+        )
+    cause = message.rstrip().rpartition("\n")[2].strip().rstrip(".")
+    sentence = f"wgpu refused to go on: {cause}. `heatlens doctor` checks this machine."
+    if "memory" in cause.lower():
+        sentence = f"wgpu has too little memory ({cause}). A smaller --proxy needs less."
+    return DeviceError(sentence, cause, details=" ".join(message.split()))
+
+
+def _import() -> None:
     """Import the library, which keeps the way in which it was imported first."""
     try:
         parsed = _parsed_header()

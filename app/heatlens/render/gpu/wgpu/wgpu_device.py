@@ -10,6 +10,7 @@ import wgpu
 
 from heatlens.core.base.errors import GpuError
 from heatlens.media.color.view_table import has_loops
+from heatlens.media.files.quiet import mute_libraries
 from heatlens.render.gpu.device import (
     Blend,
     Data,
@@ -210,6 +211,7 @@ def _start() -> None:
     """Let wgpu use the graphics library of the system, and never OpenGL."""
     if "XDG_RUNTIME_DIR" not in os.environ:
         os.environ.setdefault("NODEVICE_SELECT", "1")  # a layer of Mesa would complain about it
+    mute_libraries()
     import_native_library()
     from wgpu.backends.wgpu_native.extras import set_instance_extras
 
