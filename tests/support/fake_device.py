@@ -141,5 +141,5 @@ class FakeDevice(FakeMemory, d.Device):
     def draw_with(self, *_: Any, **__: Any) -> None:
         self.calls.append(("state", ""))
 
-    screen = timer = None  # type: ignore[assignment]  # no window, and nothing to measure
+    timer = None  # type: ignore[assignment]  # there is nothing to measure
     finish = make_current = copy_framebuffer = FakeMemory.nothing  # type: ignore[assignment]

@@ -1,4 +1,4 @@
-"""The whole interface without a window: ImGui on an EGL context, with injected mouse and keys."""
+"""The whole interface without a window: ImGui on a device, with injected mouse and keys."""
 
 import time
 from collections.abc import Iterator
@@ -22,6 +22,7 @@ from heatlens.studio.settings.start import Start
 from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import rects, seek, theme
 from heatlens.studio.ui.screen import Screen
+from heatlens.studio.ui.window_gpu import imgui_drawing
 
 SIZE = (1280, 800)
 Point = tuple[float, float]
@@ -50,10 +51,11 @@ class Gui:
         self.io.delta_time = 1 / 60
         self.io.config_flags |= imgui.ConfigFlags_.docking_enable
         theme.apply()
-        imgui.backends.opengl3_init("#version 430")
+        self._imgui = imgui_drawing(ctx)
         self._texture = ctx.texture(self.pixels, 4)
         self._target = ctx.framebuffer([self._texture])
-        self._corner = ctx.simple_framebuffer((8, 8))  # frames nobody looks at cost no pixels
+        # frames nobody looks at cost no pixels
+        self._corner = ctx.framebuffer([ctx.texture((8, 8), 4)])
         pictures, sharing = ScreenPictures(ctx), Sharing()
         self.session = Session(
             renderer=FrameRenderer(ctx),
@@ -73,12 +75,15 @@ class Gui:
         self.drawn = self._listening.__enter__()  # where each control was drawn last
 
     def frame(self, count: int = 1) -> None:
-        """Draw `count` frames, and check for OpenGL errors after each."""
+        """Draw `count` frames, and check for errors of the device after each."""
         for _ in range(count):
             self.ui.scale.apply()
-            imgui.backends.opengl3_new_frame()
-            imgui.new_frame()
+            self.begin_imgui_frame()
             self.screen.make_frame(self._show)
+
+    def begin_imgui_frame(self) -> None:
+        self._imgui.begin_frame()
+        imgui.new_frame()
 
     def _show(self) -> None:
         imgui.render()
@@ -90,7 +95,7 @@ class Gui:
         target.use()
         target.clear(*theme.SURROUND)
         self.screen.picture.paint(target, self.pixels)
-        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
+        self._imgui.draw(target)
         assert self.ctx.error == ""
 
     def until(self, condition, label: str, seconds: float = 20.0) -> None:
@@ -262,7 +267,7 @@ class Gui:
         self._listening.__exit__(None, None, None)
         seek.show_setting("", "")  # no other window highlights what this one did
         self.session.close()
-        imgui.backends.opengl3_shutdown()
+        self._imgui.close()
         # the device binds again what was bound before: something that stays must be
         self.ctx.framebuffer([self.ctx.texture((1, 1), 4)]).use()
         self._corner.release()

@@ -94,6 +94,7 @@ class Window:
         self.screen, self._title = screen, title
         environment = ENVIRONMENT | {
             "DISPLAY": screen.display,
+            "HEATLENS_GPU": os.environ["HEATLENS_GPU"],
             "HEATLENS_CONFIG_DIR": str(folder / "config"),
             "HEATLENS_CACHE_DIR": str(folder / "cache"),
             "HEATLENS_RUNTIME_DIR": str(folder / "run"),

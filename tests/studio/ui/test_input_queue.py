@@ -53,8 +53,7 @@ class QueuedInput:
         if is_drawn:
             self.gui.frame()
         else:
-            imgui.backends.opengl3_new_frame()
-            imgui.new_frame()
+            self.gui.begin_imgui_frame()
             self.gui.screen.make_frame(imgui.end_frame, is_visible=False)  # handles the input
         return is_drawn
 

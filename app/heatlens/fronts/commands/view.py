@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from heatlens.core.base.errors import InputError, MissingPackageError, NoWindowError
 from heatlens.core.base.extras import extra
+from heatlens.fronts.commands.options.device_option import add_device_option, use_device_of_window
 from heatlens.fronts.commands.options.field_options import add_blur_options, settings_of
 from heatlens.fronts.commands.options.given_options import (
     changed_options,
@@ -87,6 +88,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "(default: for this machine alone, port 8870); see `heatlens serve --help`",
     )
     add_share_options(parser)
+    add_device_option(parser)
     add_view_options(parser)
 
 
@@ -133,6 +135,7 @@ def run(args: argparse.Namespace) -> int:
 
     Without arguments and without a display, example pictures are rendered instead.
     """
+    use_device_of_window(args)
     if args.plate == DASH:
         with stdin_as_file(Path(DASH)) as plate:  # read to its end before the window opens
             args.plate = str(plate)
@@ -154,12 +157,8 @@ def _open_in_running_window(args: argparse.Namespace) -> bool:
 
     Raises InputError for files that cannot be opened, as a new window would. Prints messages.
     """
-    if (
-        not args.plate
-        or args.new_window
-        or args.share is not None
-        or changed_options(args, add_view_options)
-    ):
+    changed = changed_options(args, add_view_options, add_device_option)
+    if not args.plate or args.new_window or args.share is not None or changed:
         return False
     _check_exists(args.plate)
     name = args.plate if is_demo(args.plate) else os.path.abspath(os.path.expanduser(args.plate))

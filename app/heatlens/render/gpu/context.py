@@ -11,7 +11,6 @@ from heatlens.render.gpu.device import Device
 # Read here, and in processes that this one starts; glcontext reads the second one too.
 _GPU, _DEVICE = "HEATLENS_GPU", "GLCONTEXT_DEVICE_INDEX"
 _opengl_device = OnUse("render.gpu.opengl.gl_device", "headless_device")
-_opengl_window = OnUse("render.gpu.opengl.gl_device", "window_device")
 _wgpu_device = OnUse("render.gpu.wgpu.wgpu_device", "headless_device")
 
 
@@ -24,12 +23,12 @@ class Gpu(Enum):
 
 
 def choose_gpu(gpu: Gpu) -> None:
-    """Let devices without a window draw with `gpu`, in new processes of this one too."""
+    """Let all devices draw with `gpu`, in new processes of this one too."""
     os.environ[_GPU] = gpu.value
 
 
 def choose_device(number: int) -> None:
-    """Let devices without a window use the one of this `number`, in new processes of this one too.
+    """Let devices use the one of this `number`, in new processes of this one too.
 
     Devices are counted from 0, by EGL or by wgpu. Raises InputError for a number below it.
     """
@@ -51,14 +50,14 @@ def headless_context() -> Device:
     """Make a device that needs no window. Raises GpuError that says what to install."""
     gpu = chosen_gpu()
     if gpu is Gpu.WGPU:
-        return _new_wgpu_device()
+        return new_wgpu_device()
     try:
         return _new_opengl_device()
     except GpuError as error:
         if gpu is Gpu.OPENGL:
             raise
         try:
-            return _new_wgpu_device()
+            return new_wgpu_device()
         except (GpuError, MissingPackageError):
             raise error from None  # what to install for OpenGL helps more
 
@@ -68,18 +67,10 @@ def _new_opengl_device() -> Device:
     return device
 
 
-def _new_wgpu_device() -> Device:
+def new_wgpu_device() -> Device:
     """Make a device of wgpu. Raises GpuError where it is not installed or finds no device."""
     with extra("wgpu").require():
         device: Device = _wgpu_device(int(os.environ.get(_DEVICE) or 0))
-    return device
-
-
-def window_device() -> Device:
-    """Return the device of the current window. Raises GpuError where OpenGL may not be used."""
-    if chosen_gpu() is Gpu.WGPU:
-        raise GpuError("The window draws with OpenGL alone: leave --gpu and HEATLENS_GPU out.")
-    device: Device = _opengl_window()
     return device
 
 

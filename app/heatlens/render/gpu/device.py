@@ -204,7 +204,7 @@ class DepthBuffer(ABC):
 
 
 class Framebuffer(ABC):
-    """Textures that draws write into, or the window.
+    """Textures that draws write into, or a window of OpenGL.
 
     scissor        nothing outside of it is drawn or cleared; None for no limit
     writes_color, writes_depth  False leaves the colors or the depths as they are
@@ -325,11 +325,6 @@ class Device(ABC):
     @abstractmethod
     def error(self) -> str:
         """The driver's error since the last time this was read; "" for none."""
-
-    @property
-    @abstractmethod
-    def screen(self) -> Framebuffer:
-        """The window."""
 
     @abstractmethod
     def texture(

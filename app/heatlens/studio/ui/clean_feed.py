@@ -1,20 +1,15 @@
-"""Show the picture without any interface in a second window, for a client's monitor.
-
-The second window has its own OpenGL context, which shares textures with the main window's. The main
-context draws the picture at the size of the second window, and the second one copies it to screen.
-"""
+"""Show the picture without any interface in a second window, for a client's monitor."""
 
 from imgui_bundle import imgui  # noqa: F401  # before glfw: both then share one libglfw
 
-from heatlens.render.gpu.device import Device
 from heatlens.studio.ui.devices import GlfwHandle, monitor_of
 
 import glfw  # isort: skip
 
 from heatlens.core.model.view.view import ViewState
-from heatlens.render.gpu.opengl.second_window import SecondWindow
 from heatlens.studio.ui.picture.grid import Pictures
 from heatlens.studio.ui.picture.picture_alone import PictureAlone
+from heatlens.studio.ui.window_gpu import SecondWindow, WindowGpu
 
 _SIZE = 1280, 720
 _TITLE = "heatlens picture"
@@ -23,12 +18,10 @@ _TITLE = "heatlens picture"
 class CleanFeed:
     """The second window, which exists while the user has it switched on."""
 
-    def __init__(self, ctx: Device, main_window: GlfwHandle) -> None:
-        self._ctx = ctx
+    def __init__(self, main_window: WindowGpu) -> None:
         self._main_window = main_window
-        self._picture = PictureAlone(ctx)
-        self._window: GlfwHandle = None
-        self._second_context: SecondWindow | None = None
+        self._picture = PictureAlone(main_window.device)
+        self._window: SecondWindow | None = None
 
     def draw(
         self, is_requested: bool, pictures: Pictures | None, view: ViewState, has_labels: bool
@@ -37,19 +30,19 @@ class CleanFeed:
 
         `has_labels` writes the names of the looks into the grid.
         """
-        if self._window is not None and glfw.window_should_close(self._window):
+        if self._window is not None and glfw.window_should_close(self._window.handle):
             is_requested = False
         if is_requested and self._window is None:
             self._open_window()
         if not is_requested:
             self.close()
         elif self._window is not None:
-            self._draw_picture(pictures, view, has_labels)
+            self._draw_picture(self._window, pictures, view, has_labels)
         return self._window is not None
 
     def _open_window(self) -> None:
         """Open the window full screen on another monitor, or as a normal window without one."""
-        main_monitor = monitor_of(self._main_window)
+        main_monitor = monitor_of(self._main_window.handle)
         monitors = glfw.get_monitors()
         other_monitors = [
             monitor
@@ -57,19 +50,12 @@ class CleanFeed:
             if main_monitor and glfw.get_monitor_pos(monitor) != glfw.get_monitor_pos(main_monitor)
         ]
         screen: GlfwHandle = other_monitors[0] if other_monitors else None
-        size = glfw.get_video_mode(screen).size if screen else _SIZE
+        mode = glfw.get_video_mode(screen).size if screen else None
+        size = (mode.width, mode.height) if mode else _SIZE
         glfw.window_hint(glfw.AUTO_ICONIFY, 0)
-        self._window = glfw.create_window(*size, _TITLE, screen, self._main_window)
-        if not self._window:
-            self._window = None
-            return
-        glfw.set_key_callback(self._window, self._key_changed)
-        glfw.make_context_current(self._window)
-        glfw.swap_interval(0)  # only the main window waits for the monitor's refresh
-        try:
-            self._second_context = SecondWindow()
-        finally:
-            glfw.make_context_current(self._main_window)
+        self._window = self._main_window.second_window(size, _TITLE, screen)
+        if self._window is not None:
+            glfw.set_key_callback(self._window.handle, self._key_changed)
 
     def _key_changed(
         self, window: GlfwHandle, key: int, _code: int, action: int, _mods: int
@@ -83,29 +69,23 @@ class CleanFeed:
             fill_screen(window, not glfw.get_window_monitor(window), _SIZE)
         glfw.post_empty_event()
 
-    def _draw_picture(self, pictures: Pictures | None, view: ViewState, has_labels: bool) -> None:
-        """Draw the picture in the main context, and copy it to the second window."""
-        size = glfw.get_framebuffer_size(self._window)
-        if min(size) < 1 or self._second_context is None:
+    def _draw_picture(
+        self, window: SecondWindow, pictures: Pictures | None, view: ViewState, has_labels: bool
+    ) -> None:
+        """Draw the picture at the size of the second window, and show it there."""
+        size = glfw.get_framebuffer_size(window.handle)
+        if min(size) < 1:
             return
         self._picture.draw(pictures, view, size, has_labels)
-        self._ctx.finish()  # the other context reads the texture next
         assert self._picture.texture is not None
-        glfw.make_context_current(self._window)
-        try:
-            self._second_context.show(self._picture.texture, size)
-            glfw.swap_buffers(self._window)
-        finally:
-            glfw.make_context_current(self._main_window)
+        window.show(self._picture.texture, size)
 
     def close(self) -> None:
         """Close the window if it is open."""
-        if self._window is None:
-            return
-        self._picture.release()
-        glfw.destroy_window(self._window)
-        self._window, self._second_context = None, None
-        glfw.make_context_current(self._main_window)
+        if self._window is not None:
+            self._picture.release()
+            self._window.close()
+            self._window = None
 
 
 def fill_screen(

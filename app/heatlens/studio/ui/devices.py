@@ -157,7 +157,7 @@ class GlfwInput:
         self._queue = queue
         self._wake = wake
         pointer = ctypes.cast(window, ctypes.c_void_p).value or 0
-        imgui.backends.glfw_init_for_opengl(pointer, False)
+        imgui.backends.glfw_init_for_other(pointer, False)
         # Without this call ImGui would ask GLFW in every frame where the pointer is now.
         imgui.backends.glfw_cursor_enter_callback(pointer, 1)
         glfw.set_key_callback(window, self._on_key)

@@ -6,11 +6,18 @@ from heatlens.studio.ui.devices import work_area_of  # imports ImGui before glfw
 
 import glfw  # isort: skip
 
-from heatlens.core.base.errors import NoWindowError
+from heatlens.core.base.errors import (
+    GpuError,
+    HeatlensError,
+    MissingPackageError,
+    NoWindowError,
+)
 from heatlens.core.base.system_packages import display_advice, driver_advice
 from heatlens.core.model.view.ui_sizes import fitted_size
+from heatlens.render.gpu.context import Gpu
 from heatlens.studio.settings.preferences import PreferenceValues
 from heatlens.studio.ui.icon import icon
+from heatlens.studio.ui.window_gpu import WindowGpu, attach, hints_of, window_libraries
 
 _SIZE = 1600, 900
 _NAME = "heatlens"  # by it a desktop knows which program a window belongs to
@@ -26,29 +33,10 @@ def wake_window() -> None:
     glfw.post_empty_event()
 
 
-def open_window(preferences: PreferenceValues) -> object:
-    """Return a new window with a current context of OpenGL. Raises NoWindowError."""
-    if not glfw.init():
-        raise NoWindowError(f"No window can be opened: {_glfw_error()}. {display_advice()}.")
-    for hint, value in (
-        (glfw.CONTEXT_VERSION_MAJOR, 4),
-        (glfw.CONTEXT_VERSION_MINOR, 3),
-        (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
-        (glfw.OPENGL_FORWARD_COMPAT, 1),
-        (glfw.SCALE_TO_MONITOR, 1),
-        (glfw.VISIBLE, 0),  # hidden until it has its size
-    ):
-        glfw.window_hint(hint, value)
-    for name_hint in (glfw.X11_CLASS_NAME, glfw.X11_INSTANCE_NAME, glfw.WAYLAND_APP_ID):
-        glfw.window_hint_string(name_hint, _NAME)
-    window = glfw.create_window(*_SIZE, "heatlens", None, None)
-    glfw.window_hint(glfw.VISIBLE, 1)  # the default, for other windows
-    if not window:
-        reason = _glfw_error()
-        glfw.terminate()
-        raise NoWindowError(
-            f"No window with OpenGL 4.3 can be opened: {reason}. {driver_advice()}."
-        )
+def open_window(preferences: PreferenceValues) -> WindowGpu:
+    """Return a new window, which is shown. Raises NoWindowError."""
+    gpu = new_window(_SIZE)
+    window = gpu.handle
     # Wayland takes the icon of the desktop file instead.
     icons: list[Any] = [icon(size) for size in _ICON_SIZES_PX]
     glfw.set_window_icon(window, len(icons), icons)
@@ -57,10 +45,45 @@ def open_window(preferences: PreferenceValues) -> object:
     glfw.set_window_size(window, *fitted_size(size, work_area_of(glfw.get_primary_monitor())))
     if preferences.is_maximized:
         glfw.maximize_window(window)
-    glfw.make_context_current(window)
-    glfw.swap_interval(1)
     glfw.show_window(window)
-    return window
+    return gpu
+
+
+def new_window(size: tuple[int, int]) -> WindowGpu:
+    """Return a new hidden window, drawn by the library that was chosen, or else by the first one.
+
+    Raise NoWindowError with what the first library lacks.
+    """
+    if not glfw.init():
+        raise NoWindowError(f"No window can be opened: {_glfw_error()}. {display_advice()}.")
+    reasons: list[HeatlensError] = []
+    for gpu in window_libraries():
+        try:
+            return _window_drawn_by(gpu, size)
+        except (GpuError, MissingPackageError) as error:
+            reasons.append(error)
+    glfw.terminate()
+    raise reasons[0]
+
+
+def _window_drawn_by(gpu: Gpu, size: tuple[int, int]) -> WindowGpu:
+    """Return a new hidden window. Raises GpuError, or MissingPackageError, where `gpu` cannot."""
+    glfw.default_window_hints()
+    hints = hints_of(gpu) | {glfw.SCALE_TO_MONITOR: 1, glfw.VISIBLE: 0}
+    for hint, value in hints.items():
+        glfw.window_hint(hint, value)
+    for name_hint in (glfw.X11_CLASS_NAME, glfw.X11_INSTANCE_NAME, glfw.WAYLAND_APP_ID):
+        glfw.window_hint_string(name_hint, _NAME)
+    window = glfw.create_window(*size, _NAME, None, None)
+    glfw.window_hint(glfw.VISIBLE, 1)  # the default, for other windows
+    if not window:
+        needed = " with OpenGL 4.3" if gpu is Gpu.OPENGL else ""
+        raise NoWindowError(f"No window{needed} can be opened: {_glfw_error()}. {driver_advice()}.")
+    try:
+        return attach(gpu, window)
+    except (GpuError, MissingPackageError):
+        glfw.destroy_window(window)
+        raise
 
 
 def _glfw_error() -> str:

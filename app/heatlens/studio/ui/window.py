@@ -10,7 +10,6 @@ from functools import partial
 from imgui_bundle import imgui  # import before glfw, so that both share one libglfw
 
 from heatlens.studio.ui.devices import (
-    GlfwHandle,
     is_keyboard_taken,
     pad_axes,
     screen_name,
@@ -26,7 +25,7 @@ from heatlens.media.live.ring.sources import PadInput
 from heatlens.render.display.front_end import FrontEnd
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
-from heatlens.render.gpu.context import is_software, window_device
+from heatlens.render.gpu.context import is_software
 from heatlens.studio.board.session import Session
 from heatlens.studio.board.window_handover import WindowHandover
 from heatlens.studio.settings.preferences import WINDOW_LEAST, Preferences
@@ -41,6 +40,7 @@ from heatlens.studio.ui.layout import restore_layout
 from heatlens.studio.ui.open_window import open_window, wake_window
 from heatlens.studio.ui.screen import Screen
 from heatlens.studio.ui.status_bar import export_title
+from heatlens.studio.ui.window_gpu import WindowGpu, imgui_drawing
 
 
 # A wait for events without a limit never sees Ctrl-C: Python handles a signal only between two of
@@ -62,6 +62,7 @@ def run_window(start: Start, sharing: Sharing | None = None) -> None:
             loop.run(stops, handover)
         stops.raise_if_stopped()
     finally:
+        window.close()
         glfw.terminate()
 
 
@@ -69,17 +70,17 @@ class Loop:
     """The main loop: draws the screen after events, and renders the picture in between."""
 
     def __init__(
-        self, window: GlfwHandle, start: Start, preferences: Preferences, sharing: Sharing
+        self, gpu: WindowGpu, start: Start, preferences: Preferences, sharing: Sharing
     ) -> None:
-        self._window = window
-        self._ctx = window_device()
+        self._gpu = gpu
+        self._window = window = gpu.handle
         self._show_background()
         imgui.create_context()
-        pictures = ScreenPictures(self._ctx)
+        pictures = ScreenPictures(gpu.device)
         front_end = FrontEnd(wake_window, pictures, True, sharing.shared.other_holder)
         self._session = session = Session(
-            *(FrameRenderer(self._ctx), start, front_end, preferences),
-            *(rendered_frames_dir(), is_software(self._ctx)),
+            *(FrameRenderer(gpu.device), start, front_end, preferences),
+            *(rendered_frames_dir(), is_software(gpu.device)),
         )
         self._show_background()  # a window manager may have changed its size
         self._pad = start.lens_in if isinstance(start.lens_in, PadInput) else None
@@ -96,7 +97,7 @@ class Loop:
         self._ui.scale.screen_width_px = screen_width_px(window)
         self._ui.scale.apply()
         restore_layout(self._ui, preferences.values.layout, preferences.values.layout_em)
-        self._feed = CleanFeed(self._ctx, window)
+        self._feed = CleanFeed(gpu)
         # Size and position before full screen.
         self._window_placement = glfw.get_window_size(window), glfw.get_window_pos(window)
         self._title = ""
@@ -107,17 +108,8 @@ class Loop:
     def _show_background(self) -> None:
         """Show an empty window at once, because compiling the shaders takes some time."""
         glfw.poll_events()
-        self._clear_screen()
-        glfw.swap_buffers(self._window)
-
-    # The viewport is set in each frame, because the screen's framebuffer keeps the size that it had
-    # when the context was created. ImGui's backend restores every state that it changes, but draws
-    # into the bound framebuffer: if that is not the screen's, the window stays empty.
-    def _clear_screen(self) -> None:
-        """Bind the framebuffer of the screen and fill it with the color of the surround."""
-        self._ctx.screen.use()
-        self._ctx.screen.viewport = (0, 0, *glfw.get_framebuffer_size(self._window))
-        self._ctx.screen.clear(*theme.SURROUND)
+        self._gpu.begin_frame(glfw.get_framebuffer_size(self._window), theme.SURROUND)
+        self._gpu.show_frame()
 
     def run(self, stops: StopSignals, handover: WindowHandover) -> None:
         """Run until the window is closed or a stop signal comes."""
@@ -141,7 +133,7 @@ class Loop:
         self._feed.close()
         self._screen.sharing.sharing.end()
         session.close()
-        imgui.backends.opengl3_shutdown()
+        self._imgui.close()
         imgui.backends.glfw_shutdown()
         imgui.destroy_context()
 
@@ -193,7 +185,7 @@ class Loop:
     def _draw_frame(self) -> None:
         """Hand out input to ImGui, and draw the window unless more input waits."""
         self._adapt_to_monitor()
-        imgui.backends.opengl3_new_frame()
+        self._imgui.begin_frame()
         imgui.backends.glfw_new_frame()
         self._input.hand_out()
         is_visible = not self._input.has_waiting
@@ -213,11 +205,12 @@ class Loop:
     def _show_frame(self) -> None:
         """Bring the frame to the screen, the second window, the pages and the title."""
         imgui.render()
-        self._clear_screen()
         size = glfw.get_framebuffer_size(self._window)
-        self._screen.picture.paint(self._ctx.screen, size)
-        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
-        glfw.swap_buffers(self._window)
+        target = self._gpu.begin_frame(size, theme.SURROUND)
+        if min(size) > 0:  # it is not minimised
+            self._screen.picture.paint(target, size)
+            self._imgui.draw(target)
+        self._gpu.show_frame()
         pictures, view = self._screen.picture.pictures, self._session.pictures.view.state
         self._ui.has_feed = self._feed.draw(
             self._ui.has_feed, pictures, view, self._ui.has_feed_labels
@@ -282,9 +275,9 @@ class Loop:
             self._session.files.commands.open_dropped([str(path) for path in paths])
 
     def _start_imgui(self) -> None:
-        """Configure ImGui, and connect it to the window and to OpenGL."""
+        """Configure ImGui, and connect it to the window and to what draws it."""
         io = imgui.get_io()
         io.config_flags |= imgui.ConfigFlags_.docking_enable
         io.set_ini_filename("")
         self._watch_events()
-        imgui.backends.opengl3_init("#version 430")
+        self._imgui = imgui_drawing(self._gpu.device)

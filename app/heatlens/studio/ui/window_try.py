@@ -1,4 +1,4 @@
-"""Check whether a window can be opened, and which OpenGL renderer it would use.
+"""Check whether a window can be opened, and which renderer would draw it.
 
 Run as a module, it opens a hidden window and prints the name of its renderer.
 """
@@ -10,7 +10,7 @@ from pathlib import Path
 import imgui_bundle
 from imgui_bundle import imgui
 
-from heatlens.render.gpu.context import window_device
+from heatlens.studio.ui.open_window import new_window
 
 import glfw  # isort: skip
 
@@ -46,28 +46,17 @@ def display_variable() -> str | None:
 
 
 def try_window() -> str:
-    """Open and close a hidden window; return the name of its OpenGL renderer.
+    """Open and close a hidden window; return the name of its renderer.
 
     Raise GpuError if none can be opened.
     """
-    glfw.ERROR_REPORTING = "ignore"
-    if not glfw.init():
-        raise GpuError(f"{glfw.get_error()[1]!r}.")
     try:
-        for hint, value in (
-            (glfw.VISIBLE, 0),
-            (glfw.CONTEXT_VERSION_MAJOR, 4),
-            (glfw.CONTEXT_VERSION_MINOR, 3),
-            (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
-        ):
-            glfw.window_hint(hint, value)
-        window = glfw.create_window(64, 64, "heatlens", None, None)
-        if not window:
-            raise GpuError(f"OpenGL 4.3 is needed: {glfw.get_error()[1]!r}.")
-        glfw.make_context_current(window)
-        return window_device().name
+        window = new_window((64, 64))
+        name = window.device.name
+        window.close()
     finally:
         glfw.terminate()
+    return name
 
 
 def _print_renderer() -> int:

@@ -1,10 +1,10 @@
-"""The options that choose what draws, for the commands that open no window."""
+"""The options that choose what draws, for every command that draws."""
 
 import argparse
 
 from heatlens.core.base.errors import InputError
 from heatlens.fronts.commands.options.value_types import parse_whole_numbers
-from heatlens.render.gpu.context import Gpu, choose_device, choose_gpu
+from heatlens.render.gpu.context import Gpu, choose_device, choose_gpu, chosen_gpu
 
 
 def add_device_option(group: "argparse._ActionsContainer", has_processes: bool = False) -> None:
@@ -37,3 +37,10 @@ def use_device(args: argparse.Namespace) -> None:
         raise InputError(f"--device names {count} devices: {advice}.")
     if args.device:
         choose_device(args.device[0])
+
+
+def use_device_of_window(args: argparse.Namespace) -> None:
+    """Choose --gpu and --device for a window. Raises InputError for --device without wgpu."""
+    use_device(args)
+    if args.device and chosen_gpu() is not Gpu.WGPU:
+        raise InputError("--device needs --gpu wgpu: OpenGL draws on the GPU of the screen.")

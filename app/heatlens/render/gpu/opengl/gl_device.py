@@ -83,6 +83,7 @@ class GlDevice(Device):
 
     @property
     def screen(self) -> Framebuffer:
+        """The window."""
         if self._screen is None:
             self._screen = GlFramebuffer(self.raw.screen)
         return self._screen

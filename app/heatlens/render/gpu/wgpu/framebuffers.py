@@ -26,7 +26,7 @@ def _sum_of(source: str, target: str) -> dict[str, str]:
 
 
 # Straight alpha over the content below; the alpha of the framebuffer stays.
-_BLENDS = {
+BLENDS = {
     Blend.ADD: {"color": _sum_of("one", "one"), "alpha": _sum_of("one", "one")},
     Blend.OVER: {
         "color": _sum_of("src-alpha", "one-minus-src-alpha"),
@@ -64,7 +64,7 @@ class DrawState:
     def targets(self) -> list[dict[str, Any]]:
         """Return the colors that a pipeline writes."""
         mask = wgpu.ColorWrite.ALL if self._target.writes_color else 0
-        blend = {} if self.blend is Blend.NONE else {"blend": _BLENDS[self.blend]}
+        blend = {} if self.blend is Blend.NONE else {"blend": BLENDS[self.blend]}
         return [
             {"format": one.format, "write_mask": mask, **blend} for one in self._target.textures
         ]
@@ -84,7 +84,7 @@ class DrawState:
         """Limit a render pass to the viewport and the scissor of the framebuffer."""
         target = self._target
         draw.set_viewport(*target.viewport, 0.0, 1.0)
-        draw.set_scissor_rect(*_inside(target.scissor or (0, 0, *target.size), target.size))
+        draw.set_scissor_rect(*area_inside(target.scissor or (0, 0, *target.size), target.size))
 
     @property
     def _target(self) -> "WgFramebuffer":
@@ -92,7 +92,7 @@ class DrawState:
         return self.target
 
 
-def _inside(area: Area, size: tuple[int, int]) -> Area:
+def area_inside(area: Area, size: tuple[int, int]) -> Area:
     """Return the part of an area that lies inside a framebuffer."""
     x, y = (min(max(0, at), side) for at, side in zip(area[:2], size, strict=True))
     width, height = (
@@ -130,8 +130,8 @@ class WgFramebuffer(Framebuffer):
         self, red: float = 0.0, green: float = 0.0, blue: float = 0.0, alpha: float = 0.0
     ) -> None:
         color = (red, green, blue, alpha)
-        if self.scissor is not None and _inside(self.scissor, self.size)[2:] != self.size:
-            self._clear_area(_inside(self.scissor, self.size), color)
+        if self.scissor is not None and area_inside(self.scissor, self.size)[2:] != self.size:
+            self._clear_area(area_inside(self.scissor, self.size), color)
             return
         self._recorder.encoder()  # a render pass that is open does not begin with a color
         self._recorder.render_pass(self, self.attachments(clear=color))

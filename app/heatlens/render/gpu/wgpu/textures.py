@@ -4,12 +4,14 @@ Row 0 comes first in memory and has y = 0, as in OpenGL. wgpu has no textures of
 so these have a fourth one, 1, which is left out when they are read.
 """
 
+from functools import cached_property
+from itertools import count
 from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 import wgpu
 
-from heatlens.core.base.errors import GpuError
 from heatlens.render.gpu.device import (
     Area,
     Data,
@@ -42,6 +44,9 @@ _TEXTURE_USAGE = (
 )
 _DEPTH_USAGE = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
 DEPTH_FORMAT = "depth32float"
+# wgpu numbers no textures, so those that ImGui draws get their numbers here; 0 means none
+_HANDLES = count(1)
+_WITH_HANDLES: "WeakValueDictionary[int, WgTexture]" = WeakValueDictionary()
 
 
 def format_name(components: int, dtype: str) -> str:
@@ -166,9 +171,17 @@ class WgTexture(_WgSampled, Texture):
 
     size: tuple[int, int]
 
-    @property
+    @cached_property
     def handle(self) -> int:
-        raise GpuError("wgpu draws without a window.")
+        number = next(_HANDLES)
+        _WITH_HANDLES[number] = self
+        return number
+
+
+def texture_of(handle: int) -> WgTexture | None:
+    """Return the texture of a handle; None once it was released."""
+    texture = _WITH_HANDLES.get(handle)
+    return None if texture is None or texture.is_released else texture
 
 
 class WgTextureArray(_WgSampled, TextureArray):

@@ -1,8 +1,8 @@
-"""wgpu (Vulkan, Metal, Direct3D 12) as a device without a window."""
+"""wgpu (Vulkan, Metal, Direct3D 12) as a device, for pictures without a window and for windows."""
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, TypeVar
 
@@ -26,12 +26,14 @@ from heatlens.render.gpu.device import (
 from heatlens.render.gpu.shader_source import ShaderSource
 from heatlens.render.gpu.wgpu.area_clear import AreaClear
 from heatlens.render.gpu.wgpu.buffers import WgBuffer
+from heatlens.render.gpu.wgpu.clipped_triangles import ClippedTriangles
 from heatlens.render.gpu.wgpu.framebuffers import WgFramebuffer
 from heatlens.render.gpu.wgpu.linked import Shared
 from heatlens.render.gpu.wgpu.native_library import import_native_library
 from heatlens.render.gpu.wgpu.programs import WgCompute, WgDraw
 from heatlens.render.gpu.wgpu.recorder import Recorder
 from heatlens.render.gpu.wgpu.spirv import has_compiler
+from heatlens.render.gpu.wgpu.surface import WgSurface
 from heatlens.render.gpu.wgpu.textures import (
     WgDepthBuffer,
     WgShadowMap,
@@ -96,11 +98,6 @@ class WgDevice(Device):
     def error(self) -> str:
         """Nothing: wgpu raises its errors."""
         return ""
-
-    @property
-    def screen(self) -> Framebuffer:
-        """The window, which there is none of."""
-        raise GpuError("wgpu draws without a window.")
 
     def texture(
         self, size: tuple[int, int], components: int, data: Data | None = None, dtype: str = "f1"
@@ -181,6 +178,14 @@ class WgDevice(Device):
 
     def finish(self) -> None:
         self._recorder.finish()
+
+    def surface(self, present_info: Mapping[str, object], waits: bool) -> WgSurface:
+        """Return the pixels of a window, which `present_info` names; see there."""
+        return WgSurface(self._recorder, present_info, waits)
+
+    def clipped_triangles(self) -> ClippedTriangles:
+        """Return what draws the triangles of an interface."""
+        return ClippedTriangles(self._recorder)
 
     def make_current(self) -> None:
         """Do nothing: each call names its device."""
