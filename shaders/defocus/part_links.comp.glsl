@@ -1,10 +1,9 @@
-// Moves every surface to its position in the view through one part of the lens, and adds it to the list of the cell that it reaches there. part_view.comp.glsl draws the view from these lists. A surface just behind
-// one that covers the same pixel is hidden from every part, and is left out: together they would look like one surface
-// of their mean color.
+// Moves every surface to its position in the view through one part of the lens, and adds it to the list of the cell that it reaches there. part_view.comp.glsl draws the view from these lists.
 //
 // Inputs
 //   coc_tx    r signed coc (circle of confusion, diameter in pixels, negative in front of the focus)
-//   lib/surface_numbers.lib.glsl   the surfaces: fragments of lists, and pixels of the picture, with one numbering
+//   lib/surface_numbers.lib.glsl   the numbers of the surfaces of each pixel
+//   lib/part_link.lib.glsl       the surfaces (part_surfaces.comp.glsl)
 //   lib/lens_part.lib.glsl       the part of the lens
 //   lib/tile_mask.lib.glsl       the tiles in which the lists are read
 //   lib/tile_numbers.lib.glsl    the tiles whose surfaces may move there
@@ -14,9 +13,9 @@
 //             (x, y). There is one row and one column of cells more than there are of pixels
 //   lib/part_link.lib.glsl   the links of the lists, in any order; part_order.comp.glsl puts them in order
 
-#include "lib/surface_numbers.lib.glsl"  // front_index, mixed_index, surface_number, Fragment, List, list_at ...
+#include "lib/surface_numbers.lib.glsl"  // front_index, mixed_index, List, list_at, least_px
 #include "lib/lens_part.lib.glsl"  // lens_part_at
-#include "lib/part_link.lib.glsl"  // write_link
+#include "lib/part_link.lib.glsl"  // link_coc, write_link
 #include "lib/tile_mask.lib.glsl"  // is_active
 #include "lib/tile_numbers.lib.glsl"  // listed_pixel
 
@@ -24,7 +23,6 @@ layout(local_size_x = TILE, local_size_y = TILE) in;
 
 layout(std430) buffer head_block { uint head_buf[]; };
 
-#define BEFORE_ALL 1e30  // dioptres nearer than every surface
 // Coc in pixels up to which a surface does not move, and from which it moves wholly.
 #define STILL_PX 0.75
 #define MOVED_PX 2.25
@@ -45,35 +43,26 @@ float moved_px(float coc) {
 }
 
 // Adds the surface number `index`, of the pixel `at`, to the list of the cell that it moves to.
-void link(uint index, ivec2 at, float coc) {
+void link(uint index, ivec2 at) {
+    float coc = link_coc(index + 1u);
     if (coc <= least_px) return;
     vec2 view_position = vec2(at) + moved_px(coc) * lens_part_at(at, textureSize(coc_tx, 0)).xy;
     ivec2 cell = ivec2(floor(view_position)) + 1, cells = textureSize(coc_tx, 0) + 1;
     if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, cells))) return;
     if (!is_read(cell)) return;
     uint previous_link = atomicExchange(head_buf[cell.y * cells.x + cell.x], index + 1u);
-    write_link(index + 1u, previous_link, fract(view_position), coc);
+    write_link(index + 1u, previous_link, fract(view_position));
 }
 
 void main() {
     ivec2 at = listed_pixel();
     if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
-    List list = list_at(at);  // near to far
-    float cover_dioptres = BEFORE_ALL;  // dioptres of the last surface that covers the pixel
+    List list = list_at(at);
     if (!list.has_front) {  // the visible surface is not in the list: it is the pixel itself
-        float coc = texelFetch(coc_tx, at, 0).r;
+        link(front_index(at), at);
 #ifdef ALL_DEPTHS
-        Fragment mixed = surface_number(mixed_index(at));
-        if (mixed.cover > 0.0) link(mixed_index(at), at, mixed.coc);
+        link(mixed_index(at), at);
 #endif
-        link(front_index(at), at, coc);
-        cover_dioptres = dioptres_of(coc);
     }
-    for (uint i = list.first; i < list.end; ++i) {
-        Fragment fragment = fragment_of(i);
-        float own_dioptres = dioptres_of(fragment.coc);
-        if (own_dioptres * SAME_SURFACE >= cover_dioptres) continue;
-        link(i, at, fragment.coc);
-        if (fragment.cover > COVERING) cover_dioptres = own_dioptres;
-    }
+    for (uint i = list.first; i < list.end; ++i) link(i, at);
 }

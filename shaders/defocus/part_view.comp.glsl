@@ -6,21 +6,23 @@
 // of them with its bilinear weight. The known share of a pixel is the share that its surfaces cover.
 //
 // Inputs
-//   lib/surface_numbers.lib.glsl   the surfaces, by number; coc is their diameter of blur in pixels
+//   lib/part_surfaces.lib.glsl   the surfaces of the pixel
 //   head_buf, lib/part_link.lib.glsl   the lists of the cells between pixels (part_links.comp.glsl), near to far
 //   lib/lens_part.lib.glsl       the part of the lens
 //   lib/tile_numbers.lib.glsl    the tiles in which the view is needed
 // Outputs
+//   lib/view_marks.lib.glsl      the tiles in which the view is blurred
 //   out_view_img   rgb, a 1; all 0 where nothing is known
 //   out_coc_img    r diameter of the part's disc in pixels: that of the most visible surface, or, where nothing is
 //                  known, of the pixel's own surface
 //   out_front_img        ALL_DEPTHS: rgb times coverage, a coverage of what is in front of the focus
 //   out_front_state_img  ALL_DEPTHS: r diameter of the part's disc there, g coverage
 
-#include "lib/surface_numbers.lib.glsl"  // surface_number, Fragment, List, list_at, fragment_of, SAME_SURFACE ...
+#include "lib/part_surfaces.lib.glsl"  // coc_tx, List, list_at, fragment_of, first_coc_at, SAME_SURFACE ...
 #include "lib/lens_part.lib.glsl"  // lens_part_at
-#include "lib/part_link.lib.glsl"  // next_link, link_offset, link_coc
+#include "lib/part_link.lib.glsl"  // next_link, link_offset, link_coc, link_light
 #include "lib/tile_numbers.lib.glsl"  // listed_pixel
+#include "lib/view_marks.lib.glsl"  // set_mark, IS_BLURRED, HAS_FRONT
 
 layout(local_size_x = TILE, local_size_y = TILE) in;
 
@@ -34,11 +36,13 @@ uniform float front_px;  // a surface with a smaller coc is in front of the focu
 #endif
 
 #define SAME_IF_WHOLE 1.003  // ratio of dioptres up to which surfaces are one, if the first covers the pixel
+#define WHOLE 0.999          // share from which a surface covers the pixel wholly
 #define GAIN 1.1             // shares of a stretched surface sum to a little less than 1, and are raised by this
 #define EDGE_MOST 0.6        // shares up to this are those at an edge of a surface, and stay
 #define ALL_PX 1e30          // larger than every coc
 #define LEAST_SHARE 1e-4     // smaller shares of a pixel are ignored
 #define LEAST_KNOWN 0.02     // least known share of a pixel with a view
+#define BLURRED_FROM_PX 0.75  // smaller discs are not seen
 
 // The next surface of each of the four cells around the pixel, which are merged near to far: its number plus 1, 0 at the
 // end of the list, and its coc. Bit 0 of the index is set for the cells after the pixel in x, bit 1 for those in y.
@@ -95,17 +99,24 @@ bool is_hole(ivec2 at) {
 }
 #endif
 
+// True if a surface is drawn into the picture of what is in front of the focus.
+bool is_in_front(float coc) {
+#ifdef ALL_DEPTHS
+    return coc < front_px;
+#else
+    return false;
+#endif
+}
+
 const View EMPTY = View(vec4(0.0), 0.0, 0.0);
 View front = EMPTY;  // with ALL_DEPTHS, what is in front of the focus
 
 // Composites a surface behind the view so far, or behind what is in front of the focus so far.
 void put_on_its_side(inout View view, vec4 surface, float coc) {
-#ifdef ALL_DEPTHS
-    if (coc < front_px) {
+    if (is_in_front(coc)) {
         put_behind(front, surface, coc);
         return;
     }
-#endif
     put_behind(view, surface, coc);
 }
 
@@ -118,13 +129,14 @@ View composite_surfaces(ivec2 at) {
 #ifdef ALL_DEPTHS
     if (is_hole(at)) end_coc = front_px;
 #endif
-    while (view.light.a < 1.0) {
+    // What lies behind a surface that covers the pixel is not seen.
+    while (view.light.a < 1.0 && (surface.a < WHOLE || is_in_front(first_coc))) {
         int k = nearest_cell();
         float coc = next_cocs[k];
         if (coc >= end_coc) break;
         uint link = next_links[k];
-        Fragment fragment = surface_number(link - 1u);
-        float share = share_of_next(k) * fragment.cover;
+        vec4 light = link_light(link);
+        float share = share_of_next(k) * light.a;
         set_next(k, next_link(link));
         if (share <= LEAST_SHARE) continue;
         float own_dioptres = dioptres_of(coc);
@@ -134,7 +146,7 @@ View composite_surfaces(ivec2 at) {
             surface = vec4(0.0);
         }
         if (surface.a == 0.0) { first_coc = coc; dioptres = own_dioptres; }
-        surface += share * vec4(fragment.color, 1.0);
+        surface += share * vec4(light.rgb, 1.0);
     }
     if (surface.a > 0.0) put_on_its_side(view, surface, first_coc);
     return view;
@@ -151,8 +163,10 @@ void main() {
     float part_scale = lens_part_at(at, textureSize(coc_tx, 0)).z;
     float coc = is_known ? view.coc : max(first_coc_at(at), 0.0);
     imageStore(out_coc_img, at, vec4(part_scale * abs(coc)));
+    if (part_scale * abs(coc) > BLURRED_FROM_PX) set_mark(at / TILE, IS_BLURRED);
 #ifdef ALL_DEPTHS
     imageStore(out_front_img, at, front.light);
+    if (front.light.a > 0.0) set_mark(at / TILE, HAS_FRONT);
     imageStore(out_front_state_img, at, vec4(part_scale * abs(front.coc), front.light.a, 0.0, 0.0));
 #endif
 }

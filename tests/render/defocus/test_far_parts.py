@@ -15,8 +15,7 @@ from heatlens.core.model.shot.settings import LAYERS_MAX, DefocusSettings, Quali
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.behind import with_behind
 from heatlens.media.plate.plate import Plate
-from heatlens.render.defocus.layer_cuts import layer_cuts
-from heatlens.render.defocus.part_views import FAR_FROM_PX, with_far_cut
+from heatlens.render.defocus.layer_cuts import FAR_FROM_PX, layer_cuts, with_far_cut
 from heatlens.render.defocus.quality import unused_behind_notes
 from heatlens.render.defocus.view_tiles import list_tiles, tiles_near
 from heatlens.render.gpu.shader_constants import FAR_BLOCK, TILE

@@ -20,11 +20,14 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from heatlens.core.model.shot.settings import LAYERS_MAX
 from heatlens.core.model.value_bins import ValueBins, bin_step
 
 Array = npt.NDArray[np.float64]
 
 GAPS_MAX = 6
+FAR_FROM_PX = 1.5  # coc, in pixels at full size, from which a surface belongs to the far field
+_FAR_SOFTNESS = 0.2  # half width of the transition at that cut, as a share of its coc
 _CELLS = 256  # cells in which values are counted; a cut is between two cells
 _OUTLIER_SHARE = (
     0.0005  # share of the values at either end that is ignored for the range of the cells
@@ -219,3 +222,28 @@ def _contains_any(layer: LayerCut, occupied_px: Array) -> bool:
     high = layer.far.at_px + layer.far.half_width_px
     first = int(np.searchsorted(occupied_px, low))
     return first < len(occupied_px) and bool(occupied_px[first] <= high)
+
+
+def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
+    """Return the layers, far to near, with an additional cut where the far field begins.
+
+    `proxy` is the scale of the picture. If that makes too many layers, the new cut replaces its
+    neighbor: the farther one, because the far field blurs what lies behind the cut by itself, or
+    the nearer one where none is farther.
+    """
+    at_px = FAR_FROM_PX * proxy
+    cut = Cut(at_px, at_px * _FAR_SOFTNESS)
+    index = next((i for i, layer in enumerate(cuts) if layer.near.at_px < at_px), None)
+    if index is None:  # everything is farther
+        return [*cuts[:-1], replace(cuts[-1], near=cut)]
+    # The layer with the cut becomes two; behind and in front of them the layers stay.
+    farther, nearer = replace(cuts[index], near=cut), replace(cuts[index], far=cut)
+    behind, in_front = cuts[:index], cuts[index + 1 :]
+    if behind and farther.far.at_px < 2 * at_px:  # too close to the next cut, which it replaces
+        behind, farther = behind[:-1], replace(behind[-1], near=cut)
+    if len(behind) + 2 + len(in_front) > LAYERS_MAX:
+        if behind:
+            behind, farther = behind[:-1], replace(farther, far=behind[-1].far)
+        else:
+            nearer, in_front = replace(nearer, near=in_front[0].near), in_front[1:]
+    return [*behind, farther, nearer, *in_front]

@@ -24,12 +24,12 @@ from heatlens.render.defocus.highlight_pass import (
 )
 from heatlens.render.defocus.kernels import Kernel
 from heatlens.render.defocus.layer_blur import LayerBlur
-from heatlens.render.defocus.layer_cuts import LayerCut, layer_cuts
+from heatlens.render.defocus.layer_cuts import FAR_FROM_PX, LayerCut, layer_cuts, with_far_cut
 from heatlens.render.defocus.layer_plan import LayerPlan, layer_plans
 from heatlens.render.defocus.listed_fragments import ListedFragments
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.part_fields import PartFields, SeenSurfaces
-from heatlens.render.defocus.part_views import FAR_FROM_PX, PartViews, with_far_cut
+from heatlens.render.defocus.part_views import PartViews
 from heatlens.render.defocus.passes import DefocusPasses
 from heatlens.render.defocus.pixel_list import list_bytes
 from heatlens.render.defocus.quality import kernel_for, layers_for

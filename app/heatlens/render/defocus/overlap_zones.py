@@ -26,6 +26,9 @@ _FEATHER_PX = 2 * FAR_BLOCK  # part_over.comp.glsl uses the parts so far beyond 
 # surfaces better: a guess is worth less, and knows nothing of what a thin surface hides.
 _KNOWN_EDGES: dict[str, object] = {"nearest_px": 0.0, "thin_coc_px": 4.5}
 _GUESSED_EDGES: dict[str, object] = {"nearest_px": GUESSED_FROM_PX, "thin_coc_px": 16.0}
+# reach^2 - distance^2 from which zones have grown. Until then, layers are blurred with the far
+# field and without it; with FAR_WHOLE_PX_2 here, that was so for every coc up to 14.6 px.
+_GROWN_PX_2 = 48.0
 FRONT_FROM_PX = 4.0  # least coc of a wide surface in front of the focus whose edge makes a zone
 NEAR_ZONES = "near zones"  # name of the pass that finds zones around wide near surfaces
 WHOLE_PARTS = "whole parts"  # name of the step for views of all surfaces
@@ -82,8 +85,10 @@ class PartSurfaces:
 
     @property
     def textures(self) -> dict[str, Texture]:
-        """The textures of lib/surface_numbers.lib.glsl."""
-        return {"coc_tx": self.coc} | ({} if self.has_all_depths else {"color_tx": self.color})
+        """The textures of part_surfaces.comp.glsl."""
+        if self.unmixed is not None:
+            return self.unmixed.textures()
+        return {"coc_tx": self.coc, "color_tx": self.color}
 
     @property
     def surface_count(self) -> int:
@@ -113,6 +118,7 @@ class OverlapZone:
     tiles   the tiles in which the view of a part is needed
     listed  the tiles on which the passes of a view run
     growth  how far the zones have grown since they appeared, above 0 up to 1
+    disc_radius_px  radius of the largest disc of a part
     least_shares  (rows, columns) of blocks, 0 to 1: the least weight of the view in each block
     """
 
@@ -120,6 +126,7 @@ class OverlapZone:
     tiles: TileMask
     listed: ViewTiles
     growth: float
+    disc_radius_px: float
     least_shares: NDArray[np.float32]
 
     @property
@@ -157,12 +164,12 @@ class OverlapZones:
         if not in_zone.any():
             return None
         radius_px = max(optics.disc.half_extents) * surfaces.widest_px(optics) / 2
-        margin_px = radius_px * _part_scale(surfaces, parts) + _FEATHER_PX
-        growth = min(float(excess_px_2[..., 0].max()) / FAR_WHOLE_PX_2, 1.0)
-        needed = tiles_near(in_zone, margin_px)
+        growth = min(float(excess_px_2[..., 0].max()) / _GROWN_PX_2, 1.0)
+        needed = tiles_near(in_zone, _FEATHER_PX)
         tiles = self._mask_tiles(needed, surfaces, scratch)
         listed = list_tiles(needed, radius_px, surfaces.name, scratch)
-        return OverlapZone(blocks, tiles, listed, growth, least_shares(excess_px_2))
+        disc_px = radius_px * _part_scale(surfaces, parts)
+        return OverlapZone(blocks, tiles, listed, growth, disc_px, least_shares(excess_px_2))
 
     # Parts are used in zones only, because for the whole picture they were worse than layers where
     # surfaces do not overlap (a corridor: FLIP .0261, in zones .0174, in layers alone .0167). The

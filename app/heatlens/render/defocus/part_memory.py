@@ -1,29 +1,30 @@
 """Hold the memory for the view of one part of the lens, which all parts use in turn."""
 
+import math
 from dataclasses import dataclass
 
 from heatlens.render.defocus.far_guess import WORD_BYTES
 from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.overlap_zones import PartSurfaces
 from heatlens.render.defocus.scratch import Scratch
+from heatlens.render.defocus.tile_mask import SegmentPass, TileMask, tile_count
 from heatlens.render.gpu.device import Buffer, StorageBuffer, Texture
+from heatlens.render.gpu.textures import BufferParts
 
-_LINK_BYTES = 12  # bytes for each surface in lib/part_link.lib.glsl
-_PIXEL_BYTES = 24  # bytes for the two surfaces of each pixel in lib/pixel_surface.lib.glsl
+_LINK_BYTES = 20  # bytes for each surface in lib/part_link.lib.glsl
+_MARK_BYTES = 8  # bytes for each tile in lib/view_marks.lib.glsl
 
 
 @dataclass(frozen=True)
 class FrontMemory:
-    """The memory for the pixels taken apart, and for what a part sees in front of the focus.
+    """The memory for what a part of the lens sees in front of the focus.
 
-    pixels  the surfaces of each pixel (part_pixels.comp.glsl), the same for all parts
     view   RGBA, rgb times coverage, a coverage; then the same, blurred
     state  RG, diameter of the part's disc in pixels and coverage, as that of a `Layer`
     coc    that diameter, extended beyond the surfaces
     rows   scratch memory of `CocFillPass`
     """
 
-    pixels: Buffer
     view: Texture
     state: Texture
     coc: Texture
@@ -34,7 +35,6 @@ class FrontMemory:
         """Return the memory for a view of the size of the picture."""
         row_bytes = CocFillPass.rows_bytes(size)
         return FrontMemory(
-            pixels=scratch.buffer("pixel surfaces", _PIXEL_BYTES * size[0] * size[1]),
             view=scratch.texture("front view", size, 4),
             state=scratch.texture("front state", size, 2),
             coc=scratch.texture("front coc", size, 1),
@@ -53,13 +53,19 @@ class ViewMemory:
     coc    diameter of the part's disc at each pixel, in pixels
     front  what is in front of the focus, if the views show that too
     heads  the last surface in the list of each pixel (part_links.comp.glsl)
-    links  for each surface, the previous one of its list
+    links  the surfaces, each with the next one of its list (lib/part_link.lib.glsl)
+    marks  what part_view.comp.glsl finds in each tile (lib/view_marks.lib.glsl)
+    masks  the masks of the tiles in which the view, and what is in front of the focus, is blurred
+    segments  the runs of the tiles in these
     """
 
     view: Texture
     coc: Texture
     heads: Buffer
     links: Buffer
+    marks: Buffer
+    masks: BufferParts
+    segments: BufferParts
     front: FrontMemory | None
 
     @staticmethod
@@ -71,6 +77,11 @@ class ViewMemory:
             coc=scratch.texture(f"{name} coc", (width, height), 1),
             heads=scratch.buffer(f"{name} heads", WORD_BYTES * (width + 1) * (height + 1)),
             links=scratch.buffer(f"{name} links", _LINK_BYTES * surfaces.surface_count),
+            marks=scratch.buffer(
+                f"{name} marks", _MARK_BYTES * math.prod(tile_count((width, height)))
+            ),
+            masks=scratch.parts(f"{name} masks", 2, TileMask.bytes_for((width, height))),
+            segments=scratch.parts(f"{name} runs", 4, SegmentPass.bytes_for((width, height))),
             front=FrontMemory.of((width, height), scratch) if surfaces.has_all_depths else None,
         )
 
@@ -78,13 +89,6 @@ class ViewMemory:
     def list_buffers(self) -> dict[str, StorageBuffer]:
         """The lists of the surfaces that have moved to each cell."""
         return {"head_block": self.heads, "link_block": self.links}
-
-    @property
-    def surface_buffers(self) -> dict[str, StorageBuffer]:
-        """The lists, and the surfaces of the pixels if these are taken apart."""
-        if self.front is None:
-            return self.list_buffers
-        return self.list_buffers | {"pixel_surface_block": self.front.pixels}
 
     @property
     def drawn_images(self) -> dict[str, Texture]:

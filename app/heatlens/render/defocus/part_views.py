@@ -8,29 +8,33 @@ of what is behind it, and around wide near surfaces with views of all depths.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.model.lens.disc_shape import DiscShape
-from heatlens.core.model.shot.settings import LAYERS_MAX
 from heatlens.render.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
 from heatlens.render.defocus.kernels import Kernel
-from heatlens.render.defocus.layer_cuts import Cut, LayerCut
+from heatlens.render.defocus.layer_cuts import FAR_FROM_PX, Cut, LayerCut
 from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.lens_parts import lens_parts
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.overlap_zones import OverlapZone, OverlapZones, PartSurfaces
 from heatlens.render.defocus.part_memory import ViewMemory
-from heatlens.render.defocus.pixel_list import PixelBands, TileBands
+from heatlens.render.defocus.pixel_list import TileBands
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
+from heatlens.render.defocus.tile_mask import SegmentPass, TileMask
 from heatlens.render.gpu.device import Device, Texture, TextureArray
-from heatlens.render.gpu.program import ComputeProgram, ComputePrograms, pixel_groups
+from heatlens.render.gpu.program import (
+    ComputeProgram,
+    ComputePrograms,
+    groups_for,
+    pixel_groups,
+)
+from heatlens.render.gpu.shader_constants import TILE, TILE_GROUP
 
-FAR_FROM_PX = 1.5  # coc, in pixels at full size, from which a surface belongs to the far field
-_SOFTNESS = 0.2  # half width of the transition at that cut, as a share of its coc
 # The layer in front of the focus, for the fill of its coc, which only asks on which side it is.
 _IN_FRONT = LayerCut(Cut(-math.inf, 0.0), Cut(-FAR_FROM_PX, 0.0), is_before_focus=True)
 # Known share of a pixel from which views are used. Where views of all depths do not know what is
@@ -38,32 +42,8 @@ _IN_FRONT = LayerCut(Cut(-math.inf, 0.0), Cut(-FAR_FROM_PX, 0.0), is_before_focu
 # dark specks (FLIP of a crowd .0265, with these limits .0241).
 _PARTLY_KNOWN: dict[str, object] = {"known_from": 0.0, "known_to": 1.0}
 _WHOLLY_KNOWN: dict[str, object] = {"known_from": 0.9, "known_to": 1.0}
+_TAIL = 2.0  # a disc of a draft spreads so far, in radii of the disc
 _NO_PART = np.zeros((1, 4))  # stands for a part in the call that begins the sum
-
-
-def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
-    """Return the layers, far to near, with an additional cut where the far field begins.
-
-    `proxy` is the scale of the picture. If that makes too many layers, the new cut replaces its
-    neighbor: the farther one, because the far field blurs what lies behind the cut by itself, or
-    the nearer one where none is farther.
-    """
-    at_px = FAR_FROM_PX * proxy
-    cut = Cut(at_px, at_px * _SOFTNESS)
-    index = next((i for i, layer in enumerate(cuts) if layer.near.at_px < at_px), None)
-    if index is None:  # everything is farther
-        return [*cuts[:-1], replace(cuts[-1], near=cut)]
-    # The layer with the cut becomes two; behind and in front of them the layers stay.
-    farther, nearer = replace(cuts[index], near=cut), replace(cuts[index], far=cut)
-    behind, in_front = cuts[:index], cuts[index + 1 :]
-    if behind and farther.far.at_px < 2 * at_px:  # too close to the next cut, which it replaces
-        behind, farther = behind[:-1], replace(behind[-1], near=cut)
-    if len(behind) + 2 + len(in_front) > LAYERS_MAX:
-        if behind:
-            behind, farther = behind[:-1], replace(farther, far=behind[-1].far)
-        else:
-            nearer, in_front = replace(nearer, near=in_front[0].near), in_front[1:]
-    return [*behind, farther, nearer, *in_front]
 
 
 @dataclass(frozen=True)
@@ -105,9 +85,9 @@ class PartViewsPass:
 
     def __init__(self, ctx: Device, blur: BlurPass, coc_fill: CocFillPass) -> None:
         self._ctx, self._blur = ctx, blur
-        self._bands, self._tiles = PixelBands(ctx), TileBands(ctx)
+        self._tiles = TileBands(ctx)
         self._coc_fill = coc_fill
-        self._zones = OverlapZones(ctx)
+        self._zones, self._segments = OverlapZones(ctx), SegmentPass(ctx)
         self._programs = ComputePrograms(ctx)
 
     def _program(
@@ -149,7 +129,7 @@ class PartViewsPass:
         memory = ViewMemory.of(surfaces, scratch)
         total = scratch.texture(f"{surfaces.name} sum", surfaces.coc.size, 4)
         blurring = _PartBlur(kernel, optics.disc, poles)
-        for _ in self._take_pixels_apart(surfaces, memory):
+        for _ in self._write_surfaces(surfaces, zone, memory):
             yield surfaces.pass_name
         for _ in self._add_view(memory, zone, total, None):  # begins the sum
             yield surfaces.pass_name
@@ -164,15 +144,16 @@ class PartViewsPass:
         yield scratch.end_pass(surfaces.pass_name)
         return PartViews(total, zone, surfaces.has_all_depths)
 
-    def _take_pixels_apart(self, surfaces: PartSurfaces, memory: ViewMemory) -> Iterator[None]:
-        """Write the surfaces of each pixel for views of all depths; do nothing for other views."""
-        if surfaces.unmixed is None or memory.front is None:
-            return
-        yield from self._bands.run(
-            self._program("pixels"),
-            surfaces.coc.size,
-            textures=surfaces.unmixed.textures(),
-            buffers={"pixel_surface_block": memory.front.pixels},
+    def _write_surfaces(
+        self, surfaces: PartSurfaces, zone: OverlapZone, memory: ViewMemory
+    ) -> Iterator[None]:
+        """Write the surfaces that the views of all parts show."""
+        return self._tiles.run(
+            self._program("surfaces", surfaces.has_all_depths),
+            zone.listed.moved,
+            surfaces.number_uniforms,
+            {**surfaces.lists.buffers, "link_block": memory.links},
+            textures=surfaces.textures,
         )
 
     def _draw_view(
@@ -183,16 +164,17 @@ class PartViewsPass:
         memory: ViewMemory,
     ) -> Iterator[None]:
         """Write the view of one part of the lens, and the diameters of the discs of that part."""
-        uniforms = surfaces.number_uniforms | _part_uniforms(part)
-        textures = surfaces.textures
-        buffers = surfaces.lists.buffers | memory.surface_buffers
+        uniforms = surfaces.uniforms | _part_uniforms(part)
+        textures = {"coc_tx": surfaces.coc}
+        buffers = surfaces.lists.buffers | memory.list_buffers
+        memory.marks.clear()
         links, view = (
             self._program(name, surfaces.has_all_depths, len(part)) for name in ("links", "view")
         )
         yield from self._tiles.run(
             links,
             zone.listed.moved,
-            uniforms | zone.tiles.uniforms,
+            uniforms | zone.tiles.uniforms | surfaces.number_uniforms,
             buffers | zone.buffers,
             textures=textures,
         )
@@ -207,11 +189,24 @@ class PartViewsPass:
         yield from self._tiles.run(
             view,
             zone.listed.drawn,
-            uniforms,
-            buffers,
+            uniforms | {"tiles": zone.tiles.tiles},
+            buffers | {"mark_block": memory.marks},
             textures=textures,
             images=memory.drawn_images,
         )
+
+    def _find_masks(self, memory: ViewMemory, zone: OverlapZone) -> list[TileMask]:
+        """Return the masks of the tiles in which a view, and its front, is blurred."""
+        size, tiles = memory.view.size, zone.tiles.tiles
+        reach: dict[str, object] = {"reach_tiles": math.ceil(_TAIL * zone.disc_radius_px / TILE)}
+        self._program("masks").dispatch(
+            (groups_for(tiles[0], TILE_GROUP), groups_for(tiles[1], TILE_GROUP)),
+            buffers=zone.buffers | {"mark_block": memory.marks, "mask_block": memory.masks.whole},
+            uniforms=zone.tiles.uniforms
+            | reach
+            | {"tiles": tiles, "mask_words": memory.masks.words},
+        )
+        return self._segments.find([size, size], memory.masks, memory.segments)
 
     # What is in front of the focus is blurred as a layer of its own, because its blur spreads over
     # what is in focus, where the diffusion of one picture would stop.
@@ -219,7 +214,8 @@ class PartViewsPass:
         self, memory: ViewMemory, zone: OverlapZone, blurring: "_PartBlur"
     ) -> Iterator[None]:
         """Blur the view of one part of the lens by the disc of that part."""
-        yield from self._blur.steps(*blurring.of(memory.view, memory.coc), zone.tiles)
+        masks = self._find_masks(memory, zone)
+        yield from self._blur.steps(*blurring.of(memory.view, memory.coc), masks[0])
         if (front := memory.front) is None:
             return
         yield from self._coc_fill.steps(
@@ -228,9 +224,9 @@ class PartViewsPass:
             blurring.disc.spreads,
             front.rows,
             front.coc,
-            zone.tiles,
+            masks[1],
         )
-        yield from self._blur.steps(*blurring.of(front.view, front.coc), zone.tiles)
+        yield from self._blur.steps(*blurring.of(front.view, front.coc), masks[1])
 
     def _add_view(
         self,

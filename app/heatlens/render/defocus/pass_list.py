@@ -137,7 +137,8 @@ PASSES: tuple[Pass, ...] = (
     Pass(
         "far parts",  # the views of parts of the lens behind the focus
         _comp("part_links", "part_view", "part_sum", variants=({}, {"PART_VARIES": 1}))
-        | _comp("overlap_edges", "overlap_zone", "part_order", "part_over", "part_mix")
+        | _comp("overlap_edges", "overlap_zone", "part_surfaces", "part_order", "part_masks")
+        | _comp("part_over", "part_mix")
         | _comp("guess_push", "guess_lists")
         | _comp("guess_pull", variants=without_and_with("FIRST")),
         pass_costs.far_parts_bytes,
@@ -145,6 +146,7 @@ PASSES: tuple[Pass, ...] = (
         private_memory=_own_memory(
             "far heads", "far links", "far zone rows", "far tiles", "far tile lists", "far segments"
         )
+        | _own_memory("far marks", "far masks", "far runs")
         | _own_memory("guess starts", "guess words", "guess levels")
         | {"far view": "layer", "far coc": "layer coc", "far poles": "poles"},
     ),
@@ -206,11 +208,12 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "whole parts",  # the views of parts of the lens around wide surfaces in front of the focus
-        _comp("part_links", "part_view", "part_sum", variants=_WHOLE_PARTS) | _comp("part_pixels"),
+        _comp("part_surfaces", variants=({"ALL_DEPTHS": 1},))
+        | _comp("part_links", "part_view", "part_sum", variants=_WHOLE_PARTS),
         pass_costs.far_parts_bytes,
         _own_memory("whole sum"),
-        private_memory=_own_memory("front view", "front coc", "pixel surfaces")
-        | {f"whole {name}": f"far {name}" for name in ("heads", "links")}
+        private_memory=_own_memory("front view", "front coc")
+        | {f"whole {name}": f"far {name}" for name in ("heads", "links", "marks", "masks", "runs")}
         | {"whole view": "layer", "whole coc": "layer coc"}
         | {"whole poles": "poles", "front state": "layer state"}
         | {"front fill diameters": "pixel list", "front fill weights": "hidden blocks"},
