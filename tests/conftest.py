@@ -178,6 +178,13 @@ def ctx(session_context: "Device") -> Iterator["Device"]:
     assert session_context.error == ""
 
 
+@pytest.fixture
+def of_opengl(session_context: "Device") -> None:
+    """Skip a test of what only OpenGL does where another library draws."""
+    if session_context.library != "OpenGL":
+        pytest.skip("tests OpenGL")
+
+
 @pytest.fixture(scope="module")
 def raster(session_context: "Device") -> Iterator["SceneRaster"]:
     """Return what draws scenes as a raster."""

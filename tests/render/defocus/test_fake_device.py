@@ -1,5 +1,7 @@
 """A whole picture is issued to a device that is not OpenGL: no pass asks which it is."""
 
+import pytest
+
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Quality
 from heatlens.lab.measure.bench.issues import measure_issues
 from heatlens.lab.measure.bench.synthetic_plate import LENS, scene_plate
@@ -11,6 +13,7 @@ FILM = DefocusSettings(Bokeh.DISC, Quality.FILM)
 SIZE = (160, 90)
 
 
+@pytest.mark.usefixtures("of_opengl")
 def test_fake_device_runs_whole_film_frame(ctx):
     device = FakeDevice()
     frame = BenchFrames(device, SolverName.PARTITION).frame(scene_plate(SIZE), LENS, FILM)

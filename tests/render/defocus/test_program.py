@@ -123,6 +123,7 @@ def test_dispatch_accepts_name_that_compiler_removed(ctx: Device, shaders: Path,
     assert scale.result() == 1130.5
 
 
+@pytest.mark.usefixtures("of_opengl")
 @pytest.mark.parametrize(
     ("kind", "name"),
     [
@@ -153,6 +154,7 @@ class CountingProgram:
         self.linked[name] = value
 
 
+@pytest.mark.usefixtures("of_opengl")
 def test_dispatch_sets_only_changed_uniforms(ctx: Device, shaders: Path) -> None:
     scale = Scale(ctx)
     uniforms, linked = scale.inputs["uniforms"], scale.program._program
@@ -168,6 +170,7 @@ def test_dispatch_sets_only_changed_uniforms(ctx: Device, shaders: Path) -> None
     assert scale.result() == 1140.5
 
 
+@pytest.mark.usefixtures("of_opengl")
 def test_dispatch_keeps_uniforms_but_needs_textures_each_time(ctx: Device, shaders: Path) -> None:
     scale = Scale(ctx)
     first = scale.result()
@@ -187,6 +190,7 @@ def test_dispatch_without_strict_mode_accepts_missing_input(
     assert scale.result() == 1100.5
 
 
+@pytest.mark.usefixtures("of_opengl")
 def test_draw_program_binds_inputs_of_both_shaders(ctx: Device, shaders: Path) -> None:
     program = DrawProgram(ctx, "spot")
     with pytest.raises(ShaderError, match=r"spot\.vert\.glsl and spot\.frag\.glsl: .*'red'"):
@@ -237,6 +241,7 @@ def test_dispatch_writes_image_and_image_array_in_any_order(
     assert np.all(download(image) == 1.0) and layers.tolist() == [[0.0] * 4, [2.0] * 4]
 
 
+@pytest.mark.usefixtures("of_opengl")
 def test_compute_program_refuses_two_image_arrays(ctx: Device, shaders: Path) -> None:
     text = IMAGES.replace("FLAT, ivec2(0)", "FLAT, ivec3(0)").replace("image2D ", "image2DArray ")
     (shaders / "images.comp.glsl").write_text(text)

@@ -23,6 +23,7 @@ def test_pool_buffer_without_memory_raises_gpu_error(ctx: Device, before: int) -
     pool.release()
 
 
+@pytest.mark.usefixtures("of_opengl")
 def test_pool_texture_ignores_earlier_opengl_error(ctx: Device) -> None:
     ctx.buffer(reserve=FAR_TOO_MUCH).release()  # leaves OpenGL's error behind
     pool = TexturePool(ctx)

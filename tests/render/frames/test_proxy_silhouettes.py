@@ -31,7 +31,8 @@ def reduce_and_list(
     whole = [new_texture(ctx, (WIDTH, HEIGHT), n) for n in (4, 1)]
     for texture, pixels in zip(whole, (color, depth_m), strict=True):
         upload(texture, pixels)
-    small = [new_texture(ctx, SMALL, n) for n in (4, 1, 4)]
+    small = [new_texture(ctx, SMALL, 4), new_texture(ctx, SMALL, 1)]
+    small.append(new_texture(ctx, SMALL, 4, "f2"))
     passes.proxy.run(*whole, 1.0, *small)
     capacity, pixels = proxy_list_capacity(ctx, None, SMALL), SMALL[0] * SMALL[1]
     buffers = ctx.buffer(reserve=4 * (pixels + 1)), ctx.buffer(reserve=FRAGMENT_BYTES * capacity)

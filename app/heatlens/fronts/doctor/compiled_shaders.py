@@ -20,7 +20,7 @@ def packed_shaders() -> bytes:
     """Return a zip archive with all modules, which is the same whenever it is made."""
     programs = list(_programs())
     with ThreadPoolExecutor() as pool:
-        compiled = pool.map(lambda stages: compile_stages(stages, "a shader"), programs)
+        compiled = pool.map(compile_stages, programs)
         modules = dict(
             pair
             for stages, made in zip(programs, compiled, strict=True)

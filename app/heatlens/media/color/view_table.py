@@ -1,10 +1,9 @@
-"""A view transform as one table, for devices that cannot run all GLSL of OpenColorIO.
+"""A view transform as one table, for devices that cannot compile the GLSL of OpenColorIO.
 
 The axes of the table are coded: nearly linear near black, logarithmic above. Light outside of the
 table is clipped, where views have reached their white or their black.
 """
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +14,6 @@ from heatlens.media.color.view_transform import Lut, ViewTransform
 SIDE = 129  # entries along each axis
 LOWEST, HIGHEST = -0.01, 128.0  # scene-linear light at the ends of the table
 _SCALE = 128.0  # light is coded as asinh(128 light): logarithmic from about 1/128 on
-_LOOP = re.compile(r"\b(?:for|while)\s*\(")
 _CODED_LOWEST, _CODED_HIGHEST = np.arcsinh(np.array([LOWEST, HIGHEST]) * _SCALE)
 _ENTRIES_PER_CODE = (SIDE - 1) / (_CODED_HIGHEST - _CODED_LOWEST)
 TABLE_GLSL = f"""
@@ -28,11 +26,6 @@ vec4 view_transform(vec4 light) {{
     return vec4(textureLod(view_table_tx, (entry + 0.5) / {float(SIDE)}, 0.0).rgb, light.a);
 }}
 """
-
-
-def has_loops(glsl: str) -> bool:
-    """Return whether the GLSL of a view repeats anything, as that of ACES 2.0 does."""
-    return bool(_LOOP.search(glsl))
 
 
 def as_table(transform: ViewTransform) -> ViewTransform:

@@ -4,6 +4,7 @@ On the GPU it is GLSL with tables. On both, light is multiplied by 2^exposure_st
 and the result is raised to the power 1/gamma.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from types import ModuleType
@@ -84,6 +85,9 @@ class Lut:
     sampler: str  # its name in the GLSL, ends in _tx
     values: FloatImage  # (H, W) or (H, W, 3), or (N, N, N, 3) with red fastest
     is_linear: bool  # True for linear interpolation, False for the nearest entry
+
+
+_ARRAY = re.compile(r"const float (?P<name>\w+)\[\d+\] = float\[\d+\]\((?P<numbers>[^)]*)\);")
 
 
 @dataclass(frozen=True)
@@ -256,7 +260,23 @@ def _gpu_shader(library: ModuleType, processor: Any) -> tuple[str, tuple[Lut, ..
     glsl = str(shader.getShaderText())
     for lut in luts:
         glsl = glsl.replace(lut.sampler.removesuffix("_tx"), lut.sampler)
-    return glsl, tuple(luts), str(gpu_processor.getCacheID())
+    glsl, arrays = _arrays_as_luts(glsl)
+    return glsl, (*luts, *arrays), str(gpu_processor.getCacheID())
+
+
+# ACES 2.0 searches an array of 363 numbers. Translated by wgpu, it is copied for each element that
+# is read: a small picture took minutes.
+def _arrays_as_luts(glsl: str) -> tuple[str, list[Lut]]:
+    """Return GLSL in which each constant array of numbers is a table."""
+    luts = []
+    for declaration in _ARRAY.finditer(glsl):
+        name = declaration["name"]
+        numbers = [float(word) for word in declaration["numbers"].split(",")]
+        luts.append(Lut(f"{name}_tx", np.array([numbers], np.float32), is_linear=False))
+        glsl = glsl.replace(declaration[0], f"uniform sampler2D {name}_tx;")
+        element = re.compile(rf"\b{name}\[([^\]]+)\]")
+        glsl = element.sub(rf"texelFetch({name}_tx, ivec2(\1, 0), 0).r", glsl)
+    return glsl, luts
 
 
 def _to_lut(table: Any, shape: tuple[int, ...], library: ModuleType) -> Lut:

@@ -18,7 +18,7 @@ class _BuiltTransform:
     """A transform on the GPU: its tables, and a program for each shader that was used."""
 
     def __init__(self, ctx: Device, transform: ViewTransform) -> None:
-        if transform.key != srgb_transform().key and not ctx.runs_generated(transform.glsl):
+        if transform.key != srgb_transform().key and not ctx.compiles_views:
             transform = as_table(transform)
         self._ctx = ctx
         self._functions = transform.glsl

@@ -326,6 +326,11 @@ class Device(ABC):
     def error(self) -> str:
         """The driver's error since the last time this was read; "" for none."""
 
+    @property
+    def compiles_views(self) -> bool:
+        """Whether it can compile GLSL that OpenColorIO makes for a view."""
+        return True
+
     @abstractmethod
     def texture(
         self, size: tuple[int, int], components: int, data: Data | None = None, dtype: str = "f1"
@@ -385,10 +390,6 @@ class Device(ABC):
     @abstractmethod
     def draw_program(self, vertex: ShaderSource, fragment: ShaderSource) -> LinkedDraw:
         """Build a program that draws. Raises ShaderError with the driver's log."""
-
-    def runs_generated(self, glsl: str) -> bool:
-        """Return whether it can run GLSL that OpenColorIO has made for a view."""
-        return True
 
     @abstractmethod
     def draw_with(self, blend: Blend = Blend.NONE, depth: DepthTest = DepthTest.NONE) -> None:

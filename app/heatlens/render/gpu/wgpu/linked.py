@@ -5,6 +5,7 @@ is given.
 """
 
 import os
+import re
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -40,22 +41,11 @@ from heatlens.render.gpu.wgpu.translation import (
 STRICT_VARIABLE = "HEATLENS_STRICT_SHADERS"
 _GROUPS_KEPT = 64  # bind groups of a program that are kept
 _NOTHING: Mapping[str, Any] = {}
+_PLACE = re.compile(r"program\.(comp|vert|frag):(\d+)")  # in the compiler's log
 _VISIBLE = {
     "comp": wgpu.ShaderStage.COMPUTE,
     "vert": wgpu.ShaderStage.VERTEX,
     "frag": wgpu.ShaderStage.FRAGMENT,
-}
-# Names of formats in GLSL for those of wgpu.
-_GLSL_FORMATS = {
-    "r8unorm": "r8",
-    "rg8unorm": "rg8",
-    "rgba8unorm": "rgba8",
-    "r16float": "r16f",
-    "rg16float": "rg16f",
-    "rgba16float": "rgba16f",
-    "r32float": "r32f",
-    "rg32float": "rg32f",
-    "rgba32float": "rgba32f",
 }
 
 
@@ -121,8 +111,9 @@ class WgProgram(LinkedProgram):
         self._textures: Mapping[str, Any] = _NOTHING
         self._images: Mapping[str, Any] = _NOTHING
         self.buffers: Mapping[str, Any] = _NOTHING
-        if not self._formatless:
-            self.variant()  # a mistake in the text is told when the program is made
+        self._variant(
+            ("rgba16float",) * len(self._formatless)
+        )  # tells mistakes in the text at once
 
     def bind(
         self, textures: NamedImages, images: NamedImages, buffers: NamedBuffers, uniforms: Uniforms
@@ -150,18 +141,22 @@ class WgProgram(LinkedProgram):
 
     def variant(self) -> Variant:
         """Return the program for the formats of the images that are bound."""
-        key = tuple(self._images[name].format for name in self._formatless)
-        if key not in self._variants:
-            formats = {
-                name: _GLSL_FORMATS[one] for name, one in zip(self._formatless, key, strict=True)
-            }
-            self._variants[key] = self._build(formats)
-        return self._variants[key]
+        return self._variant(tuple(self._images[name].format for name in self._formatless))
+
+    def _variant(self, formats: tuple[str, ...]) -> Variant:
+        """Return the program for these formats, built on first use."""
+        if formats not in self._variants:
+            names = zip(self._formatless, formats, strict=True)
+            self._variants[formats] = self._build({name: _glsl_format(one) for name, one in names})
+        return self._variants[formats]
 
     def _build(self, formats: Mapping[str, str]) -> Variant:
         """Compile the stages, and find out what they take."""
         stages = translate_stages(self._sources, formats)
-        compiled = compile_stages(stages, self._name)
+        try:
+            compiled = compile_stages(stages)
+        except ShaderError as error:
+            raise ShaderError(self._explained(str(error))) from None
         device, reflections = self.shared.device, [reflect(module) for module in compiled]
         try:
             modules = {
@@ -182,6 +177,14 @@ class WgProgram(LinkedProgram):
             group_layout,
             device.create_pipeline_layout(bind_group_layouts=[group_layout]),
         )
+
+    def _explained(self, log: str) -> str:
+        """Return the compiler's log with places as file and line, and the refused file before."""
+        sources = {str(stage): source for stage, source in self._sources.items()}
+        place = _PLACE.search(log)
+        refused = sources[place[1]].files[0] if place else self._name
+        explained = _PLACE.sub(lambda it: sources[it[1]].explain_log(f"0:{it[2]}"), log)
+        return f"{refused}: {explained}"
 
     def _layout_entries(
         self, stages: Sequence[Stage], reflections: Sequence[Reflection]
@@ -261,8 +264,9 @@ class WgProgram(LinkedProgram):
             return {"buffer": raw, "offset": 0, "size": raw.size}
         if isinstance(given, BufferPart):
             return {"buffer": wg_buffer(given.whole), "offset": given.first, "size": given.size}
-        raw = wg_buffer(given)
-        return {"buffer": raw, "offset": 0, "size": raw.size}
+        raw = wg_buffer(given)  # whose memory is larger; the shader sees the length that was asked
+        size = -(-given.size // 4) * 4 if given.size > 16 else raw.size
+        return {"buffer": raw, "offset": 0, "size": size}
 
     def place(self, variant: Variant) -> list[int]:
         """Keep the values of the uniforms. Return the offset of the block, if there is one."""
@@ -277,6 +281,11 @@ class WgProgram(LinkedProgram):
     def release(self) -> None:
         self._groups.clear()
         self._variants.clear()
+
+
+def _glsl_format(format_: str) -> str:
+    """Return the name in GLSL of a format of wgpu, such as rgba16f and rgba8."""
+    return format_.removesuffix("unorm").removesuffix("loat")
 
 
 def whole_buffer(buffer: StorageBuffer) -> Buffer:

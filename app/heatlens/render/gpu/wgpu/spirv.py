@@ -26,8 +26,8 @@ SHADERS_MOST_BYTES = 64 << 20  # in the cache folder; a version has 14 MB if all
 _WORDS = (COMPILER, "-V", "-R", "--auto-map-bindings", "--auto-map-locations")
 
 
-def compile_stages(stages: Sequence[StageText], name: str) -> list[bytes]:
-    """Return the SPIR-V of the stages of one program, which is called `name` in messages.
+def compile_stages(stages: Sequence[StageText]) -> list[bytes]:
+    """Return the SPIR-V of the stages of one program.
 
     Raises ShaderError with the compiler's log, and GpuError where the compiler is missing.
     """
@@ -35,7 +35,7 @@ def compile_stages(stages: Sequence[StageText], name: str) -> list[bytes]:
     found = [_packed_module(one) or _kept_module(one) for one in names]
     modules = [module for module in found if module is not None]
     if len(modules) < len(names):
-        modules = _run_compiler(stages, name)
+        modules = _run_compiler(stages)
         for one, module in zip(names, modules, strict=True):
             keep_file(compiled_shaders_dir() / one, module, SHADERS_MOST_BYTES)
     return modules
@@ -71,7 +71,7 @@ def _kept_module(name: str) -> bytes | None:
     return read_kept_file(compiled_shaders_dir() / name)
 
 
-def _run_compiler(stages: Sequence[StageText], name: str) -> list[bytes]:
+def _run_compiler(stages: Sequence[StageText]) -> list[bytes]:
     """Run the compiler on the stages, which it also links."""
     with tempfile.TemporaryDirectory(prefix="heatlens_spirv_") as folder:
         for one in stages:
@@ -85,5 +85,5 @@ def _run_compiler(stages: Sequence[StageText], name: str) -> list[bytes]:
                 f"compiler {COMPILER}: {shader_compiler_advice()}."
             ) from None
         if run.returncode != 0:
-            raise ShaderError(f"{name}: {' '.join(run.stdout.split())}")
+            raise ShaderError(" ".join(run.stdout.split()))
         return [read_file_bytes(Path(folder, f"{one.stage}.spv")) for one in stages]

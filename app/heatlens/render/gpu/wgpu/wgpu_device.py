@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 import wgpu
 
 from heatlens.core.base.errors import GpuError
-from heatlens.media.color.view_table import has_loops
 from heatlens.media.files.quiet import mute_libraries
 from heatlens.render.gpu.device import (
     Blend,
@@ -99,6 +98,10 @@ class WgDevice(Device):
         """Nothing: wgpu raises its errors."""
         return ""
 
+    @property
+    def compiles_views(self) -> bool:
+        return has_compiler()
+
     def texture(
         self, size: tuple[int, int], components: int, data: Data | None = None, dtype: str = "f1"
     ) -> WgTexture:
@@ -164,10 +167,6 @@ class WgDevice(Device):
     def draw_program(self, vertex: ShaderSource, fragment: ShaderSource) -> WgDraw:
         """Build a program that draws. Raises ShaderError with the compiler's log."""
         return WgDraw(self._shared, vertex, fragment)
-
-    def runs_generated(self, glsl: str) -> bool:
-        # Translated by naga, the search loops of OpenColorIO's ACES 2.0 did not end on lavapipe.
-        return has_compiler() and not has_loops(glsl)
 
     def draw_with(self, blend: Blend = Blend.NONE, depth: DepthTest = DepthTest.NONE) -> None:
         self._shared.draw_state.blend, self._shared.draw_state.depth = blend, depth
