@@ -31,7 +31,7 @@ def test_look_rejects_empty_or_padded_name(name):
 def test_look_rejects_too_long_or_non_ascii_still():
     assert Look("A", LENS, still="x" * 100_000).still and Look("A", LENS).still is None
     for wrong in ("x" * 100_001, "ü"):
-        with pytest.raises(InputError, match="still of look A"):
+        with pytest.raises(InputError, match="picture of look A"):
             Look("A", LENS, still=wrong)
 
 

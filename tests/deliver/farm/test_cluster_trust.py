@@ -143,7 +143,7 @@ def test_export_trusts_no_false_reports_of_workers(
         capsys, shot_file, *words, "--after-export", f"touch {tmp_path / 'after'}"
     )
     last = message.splitlines()[-1]
-    assert "of 6 frames are not in" in last or "is not the finished file" in last, last
+    assert "of 6 frames are not in" in last or "has sent a damaged file" in last, last
     assert ("--fetch" in last) == (not fetch)
     assert not (tmp_path / f"ran.{os.getpid()}").exists()
     assert not (tmp_path / "after").exists() and "\x1b" not in message

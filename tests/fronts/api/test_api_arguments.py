@@ -225,5 +225,5 @@ def test_open_rejects_impossible_array_sizes_without_copy(shape):
         HeatlensError, match=r"The colours have .* heatlens takes 1 to 16384 a side"
     ):
         heatlens.open(colors, depth_m)
-    with pytest.raises(HeatlensError, match=r"the depth has shape"):
+    with pytest.raises(HeatlensError, match=r"The depth has shape"):
         heatlens.open(COLORS, depth_m)

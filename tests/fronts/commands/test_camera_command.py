@@ -199,7 +199,7 @@ def test_camera_command_reads_camera_from_exr_header(capsys):
         (("s.heatlens.json", "-o", "c.nk", "--frames", "9-1"), "run backwards"),
         (
             ("s.heatlens.json", "-o", "c.nk", "--sensor-height", "-1"),
-            "sensor height of a camera cannot",
+            "sensor height of a camera must",
         ),
         (("none.heatlens.json", "-o", "c.nk"), "is not there"),
         (("still.heatlens.json", "-o", "c.nk"), "Give them with --frames"),

@@ -49,7 +49,7 @@ def test_shot_new_rejects_impossible_pupil_offset(make_shot):
     code, message = make_shot("--focus-distance", "2", "--pupil-offset", "120")
     assert code == 2 and "--distances-from film-plane" in message
     code, message = make_shot(*FILM, "--focus-distance", "0.1")
-    assert code == 2 and "behind an entrance pupil" in message
+    assert code == 2 and "nearer than the entrance pupil" in message
 
 
 def test_lens_words_give_focus_from_film_plane(tmp_path, capsys, monkeypatch):

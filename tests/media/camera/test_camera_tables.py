@@ -89,7 +89,11 @@ def test_read_camera_csv_accepts_any_column_order_spaces_and_bom(tmp_path):
         (",25.0,y", ",0,y", "Frames per second must be above 0"),
         (",25.0,y", ",25.0,up", "points up is y or z, not 'up'"),
         ("1004,51.0,1.3", "1004,51.0,", "Frame 1004 has no f_stop, but other frames do"),
-        ("1004,51.0,1.3", "1004,51.0,-1", "Frame 1004: the f-stop of a camera cannot be -1"),
+        (
+            "1004,51.0,1.3",
+            "1004,51.0,-1",
+            "Frame 1004: the f-stop of a camera must be above 0 and finite, got -1",
+        ),
         ("1004,51.0,1.3", '1004,51.0,"1.3', "is damaged"),
     ],
 )
@@ -158,15 +162,15 @@ def test_read_camera_of_any_csv_returns_frames_or_raises_input_error(tmp_path_fa
         (lambda top: top["samples"][1].update(f_stop="2"), r"samples\[1\].f_stop: \"2\" should be"),
         (
             lambda top: top["samples"][1].update(world_to_camera=[[1, 2], [3, 4]]),
-            r"samples\[1\].world_to_camera: A placement has four rows of four",
+            r"samples\[1\].world_to_camera: The placement of a camera is a matrix",
         ),
         (
             lambda top: top["samples"][1].update(world_to_camera=[[1, 2], [3]]),
-            r"samples\[1\].world_to_camera: A placement has four rows of four",
+            r"samples\[1\].world_to_camera: The placement of a camera is a matrix",
         ),
         (
             lambda top: top["samples"][1].update(world_to_camera=[[2] * 4] * 4),
-            "Frame 1002: the placement cannot be a camera's",
+            "Frame 1002: the matrix that places the camera",
         ),
     ],
 )

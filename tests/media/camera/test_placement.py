@@ -109,7 +109,7 @@ def test_euler_deg_is_continuous_from_frame_to_frame():
 )
 def test_check_rigid_rejects_impossible_placement_with_its_frame(broken):
     good = matrix_of(np.eye(4))
-    with pytest.raises(InputError, match=r"Frame 8: the placement cannot be a camera's"):
+    with pytest.raises(InputError, match=r"Frame 8: the matrix that places the camera"):
         check_rigid([good, matrix_of(broken)], [7, 8])
     with pytest.raises(InputError, match="four rows of four numbers"):
         matrix_of(np.eye(3))

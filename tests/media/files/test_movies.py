@@ -245,7 +245,7 @@ def test_depth_movie_matches_color_movie_by_frame(tmp_path):
 def test_depth_with_fewer_frames_than_movie_is_reported(tmp_path):
     movie = find_sequence(write_movie(tmp_path / "clip.mov", ramps(4)))
     frames = write_depth_frames(tmp_path, 1001, 3)
-    with pytest.raises(InputError, match=r"z\.####\.exr has 3 frames, but .* is number 4"):
+    with pytest.raises(InputError, match=r"z\.####\.exr has 3 frames, but .* frame number 4"):
         depth_path_for(movie.path_at(4), frames)
 
 

@@ -74,7 +74,7 @@ def test_depth_side_rejects_exr(tmp_path):
 )
 def test_depth_side_excludes_other_sources_of_depth(tmp_path, halves, more):
     path = save(tmp_path / "a.png", join_halves("right", *halves))
-    with pytest.raises(InputError, match=r"a\.png: .* give one of"):
+    with pytest.raises(InputError, match=r"a\.png: .* Give one: "):
         read_plate(path, PlateOptions(depth_side="right", **more))
 
 

@@ -276,7 +276,7 @@ def test_read_plate_estimates_depth_of_single_row_or_column(tmp_path, size):
 @pytest.mark.parametrize("size", [(0, 64), (32, 0), (9000, 64)])
 def test_read_plate_rejects_network_with_impossible_input_size(tmp_path, size):
     network = write_network(tmp_path / "n.onnx", size=size)
-    with pytest.raises(InputError, match="sides are 1 to"):
+    with pytest.raises(InputError, match="sides of 1 to"):
         read_plate(write_picture(tmp_path / "p.png", two_halves(0.2, 0.8)), options(network))
 
 

@@ -54,7 +54,7 @@ def test_read_plate_rotates_inner_depth_with_photo(tmp_path):
 
 def test_read_plate_rejects_inner_depth_with_impossible_ends(tmp_path):
     path = jpeg_with_gdepth(tmp_path / "p.jpg", 10.0, 1.0, np.zeros((HEIGHT, WIDTH)))
-    with pytest.raises(InputError, match="impossible ends"):
+    with pytest.raises(InputError, match="which cannot be"):
         read_plate(path)
 
 

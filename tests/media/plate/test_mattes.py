@@ -94,8 +94,8 @@ def test_read_matte_hashes_name_without_readable_manifest(tmp_path, manifest):
         ("nothing:7", "'nothing'"),
         ("matte:nothing", "'nothing'"),
         ("Crypto:#xyz", "hexadecimal"),
-        ("cryptomatte:h\udcff", "no name of a thing"),
-        ("cryptomatte:\ud800", "no name of a thing"),
+        ("cryptomatte:h\udcff", "cannot be the name of a thing"),
+        ("cryptomatte:\ud800", "cannot be the name of a thing"),
     ],
 )
 def test_read_matte_of_unknown_name_lists_existing_objects(tmp_path, name, words):

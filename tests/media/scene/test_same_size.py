@@ -182,7 +182,7 @@ def test_kept_size_explains_impossible_requests():
         kept_size(shot_with_near_mark).with_focal_length(15.0)
     with pytest.raises(InputError, match="infinitely far away"):
         kept_size(still_shot(), DistanceMark("A", math.inf)).with_focal_length(15.0)
-    with pytest.raises(InputError, match="a mark of plates"):
+    with pytest.raises(InputError, match="something in a plate"):
         kept_size(still_shot(), MatteMark("A", "id:7")).with_focal_length(15.0)
     words = crop_words(still_shot(), 1, 70.0)
     assert "middle 50 % of its width" in words and "2 times as large" in words

@@ -409,7 +409,7 @@ def test_scheduler_is_used_only_after_user_agrees_to_it(begin, local_begin, tmp_
     session = begin(sequence_files(tmp_path, FIRST, LAST), local_begin.address, is_agreed=False)
     cluster = session.time.frames_ahead.cluster
     run_until(session, lambda: cluster.awaits_consent, "the question")
-    assert "is new to this window: use it only if you know it" in cluster.status_text
+    assert "is new to this window: if it is yours, choose Use this scheduler" in cluster.status_text
     assert not cluster.has_workers
     cluster.agree()
     run_until(session, lambda: cluster.has_workers and not cluster.awaits_consent, "a worker")

@@ -93,7 +93,9 @@ def test_zoom_that_passes_another_mark_is_refused_and_reported(session):
 def test_dolly_zoom_keys_focal_length_along_the_camera_track(session):
     size, shot = session.scenes.size, session.facts.shot
     size.dolly_zoom("camera")
-    assert "Choose what keeps its size" in session.messages.text and session.facts.shot == shot
+    assert (
+        "Choose first what keeps its size" in session.messages.text and session.facts.shot == shot
+    )
     pose = session.scenes.pose
     near = replace(pose, position_m=tuple(pose.position_m - pose.turn[:, 2]))
     track = CameraTrack((PoseKey(1, pose), PoseKey(9, near)))

@@ -81,7 +81,7 @@ def test_second_page_cannot_turn_the_lens_while_the_first_holds_it(board):
     shared.queue_message("Bob (2)", {"change": "view", "gamma": 1.1}, answers.append)
     shared.follow_messages(board)
     assert board.facts.lens.focus_distance_m == 2.5 and board.facts.view.gamma == 1.1
-    assert answers == ["Ann (1) has the lens."]
+    assert answers == ["Ann (1) moves the lens: wait a moment."]
 
 
 _VALUES = st.recursive(

@@ -383,7 +383,7 @@ def test_chosen_cluster_renders_frames_ahead_after_agreement(gui: Gui, tmp_path:
             gui, lambda: "notice Use this scheduler" in gui.drawn, lambda: pull.cluster.status_text
         )
         assert (
-            "use it only if you know it" in pull.cluster.status_text
+            "if it is yours, choose Use this scheduler" in pull.cluster.status_text
             and not pull.progress.rendered_frames
         )
         gui.click(gui.middle("notice Use this scheduler"))

@@ -66,7 +66,7 @@ def test_window_and_page_take_the_lens_only_after_the_other_rests(gui):
             lens = session.facts.lens
             gui.screen._board.change(replace(lens, focus_distance_m=1.5))
             assert session.facts.lens.focus_distance_m == 1.25
-            assert "Ann (1) has the lens" in session.messages.text
+            assert "Ann (1) moves the lens" in session.messages.text
             assert sharing.clients_text() == "Shared: Ann (1)"
             clock_s[0] += REST_S + 0.01
             gui.screen._board.change(replace(lens, focus_distance_m=1.5))
@@ -75,7 +75,7 @@ def test_window_and_page_take_the_lens_only_after_the_other_rests(gui):
             await wait_for_condition(
                 lambda: page.problems, "the refusal", lambda: run_loop_turn(gui)
             )
-            assert page.problems == ["The window has the lens."]
+            assert page.problems == ["The window moves the lens: wait a moment."]
             clock_s[0] += REST_S + 0.01
             await page.send(do="Focus", distance_m=1.75)
             await wait_for_condition(

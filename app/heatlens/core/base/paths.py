@@ -94,7 +94,11 @@ def read_file_and_status(path: Path, most: int = FILE_MOST_BYTES) -> tuple[bytes
     with open_regular_file(path) as file:
         status = os.fstat(file.fileno())
         if status.st_size > most:
-            raise OSError(errno.EFBIG, f"it has more than {most / 1e6:.0f} MB", str(path))
+            raise OSError(
+                errno.EFBIG,
+                f"it has more than the {most / 1e6:.0f} MB that heatlens reads",
+                str(path),
+            )
         return file.read(), status
 
 

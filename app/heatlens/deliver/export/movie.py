@@ -202,7 +202,7 @@ class Movie:
     def _encode(self, frame: object) -> None:
         """Encode a frame, but never after a failed write, because FFmpeg would end the process."""
         if self._has_failed:
-            raise OSError("an earlier frame could not be written")
+            raise OSError("an earlier frame of it could not be written")
         self._has_failed = True
         for packet in self._stream.encode(frame):
             self._coded_bytes += packet.size

@@ -284,8 +284,8 @@ def _write_fetched(data: bytes, frame: PlannedFrame) -> None:
         fetched.path.write_bytes(data)
         if not is_finished(fetched):
             raise InputError(
-                f"frame {frame.frame}: what a worker has sent is not the finished file of this "
-                "frame. Finished frames are kept."
+                f"frame {frame.frame}: a worker has sent a damaged file, or that of another "
+                "frame. Finished frames are kept; export again to go on."
             )
     write_atomically(frame.path, data)
 

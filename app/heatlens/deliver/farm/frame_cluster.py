@@ -232,7 +232,9 @@ class FrameCluster:
             reason = f"is reached from {scheduler.own_host}, and was from {confirmed.own_host}"
         else:
             reason = "is another than before, or was started again"
-        raise InputError(f"The scheduler at {self.address} {reason}: use it only if you know it.")
+        raise InputError(
+            f"The scheduler at {self.address} {reason}: if it is yours, choose Use this scheduler."
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -139,7 +139,10 @@ def _open_source(source: Source, stamps: tuple[Stamp | None, ...]) -> Any:
     The result is Any, because only a scene has a `scene`, and only plates have a `read`.
     """
     if stamps and tuple(file.stamp for file in stamp_files(source.all_files)) != stamps:
-        raise InputError(f"{source.text} is not the file that the window has open.")
+        raise InputError(
+            f"{source.text} differs on this machine from the file that the window has open: put "
+            "the same file there."
+        )
     return source
 
 

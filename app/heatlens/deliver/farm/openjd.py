@@ -112,14 +112,20 @@ def _word_template(word: Word) -> str:
 def _check_template_text(text: str) -> str:
     """Return the text unchanged. Raises InputError if it could be read as a template variable."""
     if "{{" in text:
-        raise InputError("A template cannot hold a name or an option with {{ in it.")
+        raise InputError(
+            "A job of Open Job Description cannot hold the characters {{: rename the file or leave "
+            f"the option out, {text!r}."
+        )
     return _check_printable(text)
 
 
 def _check_printable(text: str) -> str:
     """Return the text unchanged. Raises InputError for control characters."""
     if not text.isprintable():
-        raise InputError("A template can hold only printable names. Rename the file.")
+        raise InputError(
+            "A job of Open Job Description cannot hold unprintable characters: rename the file "
+            f"{text!r}."
+        )
     return text
 
 

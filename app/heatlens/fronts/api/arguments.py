@@ -54,7 +54,7 @@ def check_names(function: str, names: Iterable[str]) -> None:
     """Raise InputError for a name that is not an argument of `function`, with a suggestion."""
     for name in names:
         if name not in _NAMES[function]:
-            raise InputError(f"There is no {name!r}{_suggestion(function, name)}")
+            raise InputError(f"There is no argument {name!r}{_suggestion(function, name)}")
 
 
 def _suggestion(function: str, name: str) -> str:
@@ -156,7 +156,7 @@ def check_number(name: str, value: object, parse: Callable[[str], object] | None
     try:
         return float(value)
     except OverflowError:
-        raise InputError(f"{name} is too large a number.") from None
+        raise InputError(f"{name} is too large a number: the most is about 1.8e308.") from None
 
 
 def _number_hint(text: str, parse: Callable[[str], object] | None) -> str:

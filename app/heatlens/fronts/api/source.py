@@ -79,7 +79,10 @@ class Source(FrameProperties, Closing):
     def _facts(self) -> FrameFacts:
         """Return the facts of the first frame. Raises InputError if there is none."""
         if not self.frames:
-            raise InputError("None of the shot's plates is on the disk.")
+            raise InputError(
+                "None of the shot's plates is on the disk: open the shot with moved, or its plates "
+                "by themselves."
+            )
         return self._facts_at(self.frames[0])
 
     def __len__(self) -> int:

@@ -207,7 +207,10 @@ def _check_combinations(args: argparse.Namespace, output: Output) -> None:
 def _shot_of_options(args: argparse.Namespace) -> Shot:
     """Return the shot of a plate or scene; refuse options that are for shot files."""
     if args.moved:
-        raise InputError("--moved is for the files that a shot file names.")
+        raise InputError(
+            "--moved changes where the files of a shot file lie, and no shot file is given: leave "
+            "it out."
+        )
     if args.plate is not None:
         raise InputError(
             "--plate replaces the plate of a shot file, but a plate is already given here."

@@ -96,8 +96,8 @@ def check_other_machines(args: argparse.Namespace, plan: ExportPlan) -> None:
         check_display(plan.job)
     if plan.job.output.is_movie and plan.job.options.force:
         raise InputError(
-            f"--force would render the frames of the parts again for the movie: delete "
-            f"{plan.job.output.pattern} instead."
+            f"--force would render every frame once more where the movie is joined: leave it out, "
+            f"and delete {plan.job.output.pattern} first."
         )
 
 

@@ -183,7 +183,7 @@ def _open(args: argparse.Namespace) -> int:
             from heatlens.studio.ui.open_window import wake_window
             from heatlens.studio.ui.window import run_window
     except MissingPackageError as error:
-        raise NoWindowError(f"{error}. `heatlens render` works without.") from error
+        raise NoWindowError(f"{error}. `heatlens render` works without a window.") from error
     if args.share is None:
         return open_session(args, run_window, wake_window)
     sharing = Sharing(given_share_options(args, args.share), wake_window)

@@ -103,7 +103,10 @@ def _run_processes(args: argparse.Namespace) -> int:
         codes = [process.wait() for process in processes]
     if any(codes):
         failed_count = sum(code != 0 for code in codes)
-        raise InputError(f"{failed_count} of the {len(codes)} processes ended early.")
+        raise InputError(
+            f"{failed_count} of the {len(codes)} processes of the worker ended early: the lines "
+            "above say why. Start it again."
+        )
     return 0
 
 

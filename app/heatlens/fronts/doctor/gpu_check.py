@@ -117,7 +117,7 @@ class Gpu:
         """Report whether the previous checks left an error in OpenGL."""
         error = self.ctx.error
         if error:
-            raise GpuError(f"{self.ctx.library} reports an error: {error}.")
+            raise GpuError(f"{self.ctx.library} reports an error: {error}. Update the driver.")
         yield Finding(name=f"{self.ctx.library} errors", state="ok", said="none")
 
 

@@ -133,7 +133,9 @@ def _shader_cache_bytes(folder: Path) -> int:
     environment = os.environ | dict.fromkeys(_CACHE_VARIABLES, str(cache))
     process = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if process.returncode != 0:
-        raise GpuError(f"rendering in a process of its own fails: {one_line(process.stderr, 400)}")
+        raise GpuError(
+            f"`heatlens render`, started as a process, failed: {one_line(process.stderr, 400)}"
+        )
     return sum(path.stat().st_size for path in cache.rglob("*") if path.is_file())
 
 
@@ -174,7 +176,10 @@ def _window_renderer(module: str) -> str:
     try:
         process = subprocess.run(command, capture_output=True, text=True, timeout=_WINDOW_TIMEOUT_S)
     except subprocess.TimeoutExpired:
-        raise GpuError(f"No window opened within {_WINDOW_TIMEOUT_S:g} s.") from None
+        raise GpuError(
+            f"No window opened within {_WINDOW_TIMEOUT_S:g} s: is the display reachable, and not "
+            "locked?"
+        ) from None
     if process.returncode:
         reason = " ".join(process.stderr.split()) or f"exit code {process.returncode}"
         raise GpuError(f"No window can be opened: {reason}")

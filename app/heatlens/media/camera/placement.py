@@ -27,7 +27,7 @@ def matrix_of(rows: Iterable[Iterable[float]]) -> Matrix:
     """Return four rows of four plain floats; raise InputError for another shape."""
     matrix = tuple(tuple(map(float, row)) for row in rows)
     if [len(row) for row in matrix] != [4] * 4:
-        raise InputError("A placement has four rows of four numbers.")
+        raise InputError("The placement of a camera is a matrix: four rows of four numbers.")
     return matrix
 
 
@@ -36,8 +36,8 @@ def check_rigid(matrices: Sequence[Matrix], frames: Sequence[int]) -> None:
     for frame, is_rigid in zip(frames, are_rigid(np.array(matrices)), strict=True):
         if not is_rigid:
             raise InputError(
-                f"Frame {frame}: the placement cannot be a camera's: it scales, shears, mirrors "
-                "or is not finite."
+                f"Frame {frame}: the matrix that places the camera scales, shears, mirrors or is "
+                "not finite: export position and rotation alone."
             )
 
 

@@ -73,7 +73,8 @@ def picture_aspect(path: Path, headers: Sequence[Header]) -> float:
     aspect, _ = pixel_aspect_of(path, headers[0])
     if window.is_empty:
         raise InputError(
-            f"{path} has an empty display window, so the shape of the sensor is unknown."
+            f"{path} has an empty display window, so the shape of the sensor is unknown. Write "
+            "the file again."
         )
     return window.width * aspect / window.height
 
@@ -119,7 +120,8 @@ def _collect_track(name: str, cameras: dict[Path, CameraHeader]) -> Track | None
         return None
     if missing:
         raise InputError(
-            f"{missing[0]}: the header has no {LENS_TRACKS[name]}, but those of other frames do."
+            f"{missing[0]}: the header has no {LENS_TRACKS[name]}, but those of other frames do. "
+            "Render this frame again, or leave it out with --frames."
         )
     return tuple(shortest_decimal(value) for value in values.values())
 

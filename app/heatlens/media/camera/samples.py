@@ -195,7 +195,8 @@ def _check_track(name: str, track: Track, frames: tuple[int, ...]) -> None:
         is_positive = value > 0 or name in OPENING_TRACKS
         if not is_positive or (not math.isfinite(value) and name != "focus_distance_m"):
             raise InputError(
-                f"Frame {frame}: the {LENS_TRACKS[name]} of a camera cannot be {value:g}."
+                f"Frame {frame}: the {LENS_TRACKS[name]} of a camera must be above 0 and finite, "
+                f"got {value:g}."
             )
 
 

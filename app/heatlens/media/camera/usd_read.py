@@ -113,7 +113,10 @@ def _open_stage(path: Path, prim_path: str | None) -> _Stage:
     cameras = [prim for prim in _all_prims(usd_package, stage) if prim.IsA(geometry.Camera)]
     unit_m = geometry.GetStageMetersPerUnit(stage)
     if not 0 < unit_m < math.inf:
-        raise InputError(f"{path} has {unit_m:g} metres per unit, so no length can be read.")
+        raise InputError(
+            f"{path} has {unit_m:g} metres per unit, so no length can be read: export it with "
+            "metersPerUnit above 0."
+        )
     return _Stage(path, stage, _choose_camera(path, cameras, prim_path), unit_m)
 
 

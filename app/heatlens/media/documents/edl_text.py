@@ -40,9 +40,8 @@ def prepare_edl(path: Path, text: str, rate: float) -> str:
             else f"give its rate, as --edit-fps {likely_rate}"
         )
         raise InputError(
-            f"{path} has timecodes with frames up to {highest_frame}, so it has more than "
-            f"{rate:g} frames a "
-            f"second, which an EDL does not tell: {help_}."
+            f"{path} has timecodes with frames up to {highest_frame}, so its rate is above "
+            f"{rate:g} frames a second. An EDL does not hold its rate: {help_}."
         )
     lines, event = text.splitlines(), None
     for number, line in enumerate(lines):

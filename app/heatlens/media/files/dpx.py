@@ -51,7 +51,9 @@ def dpx_bytes(values: Stored, marks: Mapping[str, str]) -> bytes:
         writer = library.ImageOutput.create("dpx")
         is_written = writer.open(str(path), spec) and writer.write_image(scaled_values)
         if not (writer.close() and is_written):
-            raise InputError(f"A DPX could not be encoded ({writer.geterror()}).")
+            raise InputError(
+                f"A DPX cannot hold this picture ({writer.geterror()}): write EXR or PNG."
+            )
         data = bytearray(read_file_bytes(path))
     data[_FILE_NAME] = bytes(_FILE_NAME.stop - _FILE_NAME.start)  # erase the temporary file's name
     return bytes(data)

@@ -243,8 +243,8 @@ class Movie:
             self._next_number = None
             reason = one_line(getattr(error, "strerror", None) or str(error))
             raise InputError(
-                f"{self._path} cannot be read: it is cut short, damaged or no such movie "
-                f"({reason})."
+                f"{self._path} cannot be read: it is cut short, damaged or not a movie "
+                f"({reason}). Copy or write it again."
             ) from error
 
 

@@ -35,7 +35,10 @@ def plate_of_arrays(
     depth = _convert_to_array(name, coc_px if is_coc else depth_m)
     _check_numbers(name, depth, "fiu")
     if depth.shape != (height, width):
-        raise InputError(f"The colours are {width}x{height}, the depth has shape {depth.shape}.")
+        raise InputError(
+            f"The depth has shape {depth.shape}, but the colours need one of "
+            f"({height}, {width}), their height and width."
+        )
     rgba = _convert_to_rgba(colors)
     values = _convert_to_float32(name, depth)
     report = _report_coc(values) if is_coc else _report_depth(values)

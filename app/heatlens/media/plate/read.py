@@ -77,8 +77,8 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
         plate, plates_behind = _read_file(path, options)
     if options.lift_highlights_stops and not plate.attributes.get(FOR_THE_EYE):
         raise InputError(
-            f"{path}: its light is not clipped at white, as that of pictures and movies of whole "
-            "numbers is: leave --lift-highlights out."
+            f"{path} holds light brighter than white, so nothing in it needs --lift-highlights: "
+            "leave it out."
         )
     if options.flat_depth is not None:
         from heatlens.media.plate.mattes.matte_options import with_flat_depth
@@ -214,8 +214,8 @@ def read_or_estimate_depth(
     is_in_half = options.depth_side is not DepthSide.NONE
     if is_in_file + is_in_half + (options.depth_model is not None) > 1:
         raise InputError(
-            f"{path}: its depth is in a file or channel, in a half of the picture, or estimated: "
-            "give one of --depth or --depth-channel, --depth-side and --depth-model."
+            f"{path}: the depth is given in more than one way. Give one: --depth or "
+            "--depth-channel, --depth-side, or --depth-model."
         )
     if options.depth_model is None:
         return read_depth_of(path, parts, choice, options)

@@ -107,7 +107,10 @@ class KeptSize:
             return mark.distance_m
         if isinstance(mark, PointMark):
             return self.depth_at(int(mark.x_px), int(mark.y_px))
-        raise InputError(f"{mark.name} is a mark of plates: no scene has what it is on.")
+        raise InputError(
+            f"Mark {mark.name} is on something in a plate, which no scene has: set a mark on an "
+            "object of the scene."
+        )
 
     @cached_property
     def _track(self) -> CameraTrack:
@@ -194,7 +197,7 @@ def _remaining_m(distance_m: float, step_m: float, label: str) -> float:
     if distance_m - step_m <= 0:
         raise InputError(
             f"The camera would go {format_distance(step_m)} forward, past {label} at "
-            f"{format_distance(distance_m)}."
+            f"{format_distance(distance_m)}: choose a longer focal length."
         )
     return distance_m - step_m
 

@@ -131,7 +131,10 @@ def open_scene(text: str, timing: SceneTiming | None = None) -> "Scene":
     """
     if is_demo(text):
         if timing is not None:
-            raise InputError("The demo has one clip, and frames of its own.")
+            raise InputError(
+                "The demo has one clip and its own frames: leave --clip, --fps and "
+                "--first-frame out."
+            )
         from heatlens.media.scene.demo import demo_scene
 
         return demo_scene()

@@ -77,9 +77,8 @@ def _companion_by_order(path: Path, source: Sequence, content: str) -> Path:
     )
     if index >= len(source.frames):
         raise InputError(
-            f"{source.pattern} has {len(source.frames)} frames, but {path} is number {index + 1} "
-            "of "
-            f"its own: its {content} is missing."
+            f"{source.pattern} has {len(source.frames)} frames, but {path} is the plate's frame "
+            f"number {index + 1}: its {content} is missing."
         )
     return source.path_at(source.frames[index])
 

@@ -68,7 +68,10 @@ class DrawnPixels:
         """Return the texture. Raises GpuError if it has been overwritten."""
         assert get_ident() == self._thread, "OpenGL is on another thread"
         if not self._is_valid:
-            raise GpuError("This picture of the scene has been overwritten: draw it again.")
+            raise GpuError(
+                "Another frame of the scene was drawn in place of this picture: render its frame "
+                "again."
+            )
         return texture
 
 

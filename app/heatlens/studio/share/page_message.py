@@ -15,7 +15,9 @@ def parsed(text: str) -> dict[str, object]:
     except (ValueError, RecursionError) as error:
         raise InputError("A message should be a JSON object.") from error
     if not isinstance(message, dict) or not _is_shallow(message, _DEPTH_MOST):
-        raise InputError("A message should be a JSON object in braces, of few levels.")
+        raise InputError(
+            f"A message should be a JSON object in braces, of at most {_DEPTH_MOST} levels."
+        )
     return message
 
 

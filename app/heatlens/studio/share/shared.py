@@ -137,7 +137,9 @@ class SharedSession:
         """Do what a message of a page asks, if that page may turn the lens now."""
         board.check_remote(message.message)
         if board.turns_lens(message.message) and not self.hands.try_take(message.hand):
-            raise InputError(f"{self.hands.holder or 'Another hand'} has the lens.".capitalize())
+            raise InputError(
+                f"{self.hands.holder or 'someone else'} moves the lens: wait a moment.".capitalize()
+            )
         board.follow(message.message)
 
     def publish(self, state: Mapping[str, object], picture: Picture | None) -> None:

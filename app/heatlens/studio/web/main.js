@@ -100,7 +100,7 @@ function state(changed) {
 function showWords({ lens, near_m: near, far_m: far, view, title, source, hand, opening, scale, offset_m: offset = 0 }) {
   $("title").textContent = opening ? `Opening ${opening}` : title || source || "heatlens";
   const isOther = hand && hand !== link.name;
-  $("holder").textContent = isOther ? `${hand} has the lens` : "";
+  $("holder").textContent = isOther ? `${hand} moves the lens` : "";
   $("f-stop").textContent = lens ? `f/${Number(lens.f_stop.toPrecision(2))}` : "f/–";
   if (!lens || !scale) return;
   const told = (distance) => words(metres(distance) + offset, view.unit);

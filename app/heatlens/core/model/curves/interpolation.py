@@ -65,10 +65,15 @@ class Scale(StrEnum):
         """Raise InputError for a value that is not on this scale, or in a wrong unit."""
         if self is Scale.RECIPROCAL and value == math.inf:
             return
-        if not (-_MOST if self is Scale.LINEAR else _LEAST) <= value <= _MOST:
+        least = -_MOST if self is Scale.LINEAR else _LEAST
+        if not least <= value <= _MOST:
             raise InputError(
-                f"A key cannot have the value {value:g} on a {self} scale"
-                + ("; use the scale of dioptres for infinity." if value == math.inf else ".")
+                f"A key cannot have the value {value:g} on a {self} scale: "
+                + (
+                    "use the scale of dioptres for infinity."
+                    if value == math.inf
+                    else f"it takes {least:g} to {_MOST:g}."
+                )
             )
 
 
@@ -88,7 +93,10 @@ class Ease:
         if not 0 <= self.influence_percent <= 100:
             raise InputError(f"An influence is 0 to 100 %, got {self.influence_percent:g}.")
         if not abs(self.speed_per_frame) <= _SPEED_MOST:
-            raise InputError(f"A key cannot have a speed of {self.speed_per_frame:g} per frame.")
+            raise InputError(
+                f"The speed of a key is a number up to {_SPEED_MOST:g} per frame, got "
+                f"{self.speed_per_frame:g}."
+            )
 
     def handle(self, segment_frames: float) -> tuple[float, float]:
         """Return (frames, rise on the scale) from the key to the handle's tip, forward in time."""

@@ -129,22 +129,31 @@ class LiveFocus:
         lengths = {len(mark.distances_m) for mark in self.measured}
         missing = set(self.marks) - {measured.mark for measured in self.measured}
         if self.measured and (missing or len(lengths) > 1):
-            raise InputError("The marks that are followed must all be measured at the same frames.")
+            raise InputError(
+                "The marks that the focus follows have distances at different frames: follow them "
+                "again, so that all are measured at the same frames."
+            )
 
     def _check_pursuits(self) -> None:
         """Raise InputError unless each pull starts after the one before it has arrived."""
         if not self.pursuits or self.pursuits[0].start_frame is not None:
-            raise InputError("A focus that follows begins with a mark, without a start frame.")
+            raise InputError(
+                "The first mark that a focus follows has no start frame: leave it out there, and "
+                "give one to each later mark."
+            )
         for before, after in pairwise(self.pursuits):
             if after.start_frame is None or after.frames < 1:
-                raise InputError(f"The pull to mark {after.mark} needs a start frame, and frames.")
+                raise InputError(
+                    f"The pull to mark {after.mark} needs its start frame, and a length of 1 frame "
+                    f"or more, as in {after.mark}@1040+18."
+                )
             arrival_frame = (
                 -np.inf if before.start_frame is None else before.start_frame + before.frames
             )
             if after.start_frame < arrival_frame:
                 raise InputError(
                     f"The pull to mark {after.mark} starts at frame {after.start_frame}, before "
-                    f"that to mark {before.mark} has ended."
+                    f"the one to mark {before.mark} ends at frame {arrival_frame}: start it later."
                 )
 
     @property

@@ -30,7 +30,10 @@ class Mark(ABC):
 
     def __post_init__(self) -> None:
         if not self.name or not self.name.isprintable() or self.name != self.name.strip():
-            raise InputError(f"A mark cannot be called {self.name!r}.")
+            raise InputError(
+                f"A mark cannot be called {self.name!r}: a name has letters, and no spaces at its "
+                "ends."
+            )
 
     @classmethod
     @abstractmethod
@@ -62,7 +65,9 @@ def check_pixel(name: str, x_px: float, y_px: float) -> None:
     """Raise InputError for a pixel that no picture has."""
     for axis, value in (("x", x_px), ("y", y_px)):
         if not abs(value) < 1e6:
-            raise InputError(f"Mark {name}: {axis} cannot be {value:g} px.")
+            raise InputError(
+                f"Mark {name}: {axis} must be a number of pixels of the picture, got {value:g}."
+            )
 
 
 # A distance can be known, hidden or not known yet, and callers that need it wait for the frame.

@@ -38,10 +38,16 @@ class Pose:
 
     def __post_init__(self) -> None:
         if not np.abs(self.position_m).max() <= _FAR_MOST_M:
-            raise InputError(f"A camera cannot stand at {self.position_m} m.")
+            raise InputError(
+                f"A camera stands at most {_FAR_MOST_M:g} m from the origin, not at "
+                f"{self.position_m} m: look at the unit of its file."
+            )
         length = float(np.linalg.norm(self.orientation))
         if not 1e-6 < length < 1e6:
-            raise InputError(f"{self.orientation} is not an orientation: a quaternion of length 0.")
+            raise InputError(
+                f"The camera looks nowhere: its orientation, {self.orientation}, has no length. "
+                "Export the camera again."
+            )
         if abs(length - 1.0) < _UNIT:
             length = 1.0  # so that a pose made from the values of another is equal to the last bit
         unit = tuple(float(value) / length for value in self.orientation)

@@ -29,7 +29,10 @@ class Look:
                 f"A look needs a name of letters without spaces at its ends, not {self.name!r}."
             )
         if self.still is not None and not (self.still.isascii() and len(self.still) <= _STILL_MOST):
-            raise InputError(f"The still of look {self.name} is not a small JPEG in base64.")
+            raise InputError(
+                f"The small picture of look {self.name} is damaged or too large: keep the look "
+                "again, with Shift+L in the window."
+            )
 
 
 def check_looks(looks: Iterable[Look]) -> None:

@@ -227,7 +227,7 @@ def focus_on_distances(shot: Shot, distances_m: Distances, follow: Follow | None
     """
     frames = sorted(distances_m)
     if not any(distance_m is not None for distance_m in distances_m.values()):
-        raise InputError("It is hidden, or out of the picture, at every frame.")
+        raise InputError("The mark is hidden, or out of the picture, at every frame.")
     measured_mark = MeasuredMark(_UNNAMED_MARK, tuple(distances_m[frame] for frame in frames))
     return _bake(
         shot, LiveFocus((Pursuit(_UNNAMED_MARK),), follow or Follow(), frames[0], (measured_mark,))

@@ -51,10 +51,16 @@ class Retime:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.start) and math.isfinite(self.speed)):
-            raise InputError(f"A cut cannot play {self.speed:g} frames from {self.start:g} on.")
+            raise InputError(
+                f"A change of speed (retime) needs a start and a speed that are numbers, got "
+                f"{self.start:g} and {self.speed:g}."
+            )
         check_cut_length(self.count, "A shot")
         if self.count < 1 or self.step < 1:
-            raise InputError("A change of speed (retime) needs a count and a step of 1 or more.")
+            raise InputError(
+                "A change of speed (retime) has a count of frames and a step, both 1 or more, got "
+                f"{self.count} and {self.step}."
+            )
 
     def source_frames(self, first_frame: int) -> tuple[int, ...]:
         """Return the frame of the source for each frame of the cut.
@@ -92,9 +98,15 @@ class ReelShot:
 
     def __post_init__(self) -> None:
         if self.retime is not None and self.frames is None:
-            raise InputError(f"The shot {self.name} has a retime, but no frames.")
+            raise InputError(
+                f"The shot {self.name} changes its speed (retime), so it needs its frames: give "
+                "frames, as in 1001-1024."
+            )
         if not self.name or _IN_FILE_NAMES.search(self.name):
-            raise InputError(f"A shot of a reel cannot be called {self.name!r}.")
+            raise InputError(
+                "The name of a shot in a reel has letters, digits and _ . + - alone, not "
+                f"{self.name!r}."
+            )
 
     @property
     def source_frames(self) -> tuple[int, ...]:

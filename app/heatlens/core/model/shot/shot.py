@@ -97,7 +97,9 @@ class Shot:
         if self.start_timecode is not None:
             parse_timecode(self.start_timecode)
         if self.source is not None and (not self.source or "\0" in self.source):
-            raise InputError(f"{self.source!r} cannot be a file name.")
+            raise InputError(
+                f"The plate of a shot is named {self.source!r}, which cannot be a file."
+            )
 
     @property
     def missing_marks(self) -> list[str]:
@@ -242,7 +244,8 @@ class Shot:
         """
         if parameter is LensParameter.FOCUS_DISTANCE and self.curves.live is not None:
             raise InputError(
-                f"The focus follows {self.curves.live.words}: make keys of it before you set one."
+                f"The focus follows {self.curves.live.words}: before you set a key, make keys of "
+                "what it follows, in the Marks tab."
             )
         if value is None:
             value = getattr(self.lens_at(frame), parameter)

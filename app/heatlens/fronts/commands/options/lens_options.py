@@ -109,8 +109,9 @@ def _measure_from_pupil(values: Values) -> None:
         values["focus_distance_m"] -= offset_m
         if offset_m and values["focus_distance_m"] <= 0:
             raise InputError(
-                f"A focus at {values['focus_distance_m'] + offset_m:g} m from the film plane lies "
-                f"behind an entrance pupil {offset_m:g} m in front of it."
+                f"A focus at {values['focus_distance_m'] + offset_m:g} m from the film plane is "
+                f"nearer than the entrance pupil, which is {offset_m:g} m from it. Give a larger "
+                "--focus-distance."
             )
 
 

@@ -85,9 +85,9 @@ def refuse_blurred(text: str, reel: Reel) -> None:
         first_blurred = blurred[0]
         others_text = f", and {len(blurred) - 1} more shots" if len(blurred) > 1 else ""
         raise InputError(
-            f"{text}: {first_blurred.name}{others_text}: {_BLURRED_MESSAGE}: "
-            f"{first_blurred.source}. Give the folder of the "
-            "pinhole pictures with --media, and none of a former export."
+            f"{text}: {_BLURRED_MESSAGE} ({first_blurred.source}, of shot "
+            f"{first_blurred.name}{others_text}). Give the folder of the pinhole pictures with "
+            "--media, not that of an earlier export."
         )
 
 

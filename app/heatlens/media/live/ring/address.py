@@ -87,7 +87,10 @@ def opentrackio_address(text: str) -> RingAddress:
     except InputError as error:
         raise _address_error(text, is_output=True) from error
     if address.protocol is not Protocol.OPENTRACKIO:
-        raise InputError(f"{text}: a camera can only be sent as OpenTrackIO: give opentrackio.")
+        raise InputError(
+            f"{text}: a camera can only be sent as OpenTrackIO: write opentrackio or "
+            "opentrackio://HOST:PORT."
+        )
     return address
 
 

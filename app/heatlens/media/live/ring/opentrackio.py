@@ -106,7 +106,7 @@ def parse_segment(datagram: bytes) -> Segment:
     if fletcher16(datagram[:_BEFORE_CHECKSUM] + payload) != checksum:
         raise RingPacketError("the checksum of a datagram is wrong")
     if encoding not in tuple(Encoding):
-        raise RingPacketError(f"a sample has encoding {encoding}, which is neither JSON nor CBOR")
+        raise RingPacketError(f"a sample has encoding {encoding}: only JSON and CBOR are read")
     if offset + len(payload) > MAX_SAMPLE_BYTES:
         raise RingPacketError(f"a sample is longer than {MAX_SAMPLE_BYTES} bytes")
     return Segment(
@@ -133,7 +133,7 @@ def parse_sample(text: bytes, encoding: Encoding) -> LensSample:
     """
     root = _decode(text, encoding)
     if not isinstance(root, dict):
-        raise RingPacketError("a sample is not an object of names and values")
+        raise RingPacketError("a sample has no names, so it is not OpenTrackIO")
     lens = _member_object(root, "lens")
     values: Values = {name: _number(lens, key, _POSITIVE_LEAST) for name, key in _LENS_KEYS.items()}
     encoders = _member_object(lens, "encoders")

@@ -74,7 +74,7 @@ class _RaisingHandler(logging.Handler):
     def handle(self, record: logging.LogRecord) -> bool:
         """Raise RingPacketError."""
         if record.thread == self._thread:
-            raise RingPacketError("an OSC datagram holds an unknown type")
+            raise RingPacketError("an OSC datagram holds something other than numbers and text")
         return False
 
 

@@ -129,7 +129,7 @@ def parse_message(packet: bytes | bytearray) -> Message:
         return _update_image(fields, operation)
     if operation == _GRAPHICS:
         return Graphics()
-    raise TevPacketError(f"no operation has the number {operation}")
+    raise TevPacketError(f"it has an operation {operation}, which the protocol of tev lacks")
 
 
 class _Fields:
@@ -236,7 +236,7 @@ def _tile(values: FloatImage, offset: int, stride: int, width: int, height: int)
     last = offset + (width * height - 1) * stride
     if offset < 0 or stride < 1 or last >= values.size:
         raise TevPacketError(
-            f"it has {values.size} values; {width} x {height} pixels from value {offset} on, "
-            f"{stride} apart, are not among them"
+            f"it has {values.size} values, too few for {width} x {height} pixels from value "
+            f"{offset} on with a step of {stride}"
         )
     return values[offset : last + 1 : stride].reshape(height, width)

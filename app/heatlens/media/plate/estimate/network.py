@@ -105,8 +105,8 @@ class Network:
             raise InputError(f"{self.path} failed on a picture: {one_line(error)}") from error
         if max(np.shape(output), default=0) > _MAP_SIDE_MOST:
             raise InputError(
-                f"{self.path} gives values of shape {np.shape(output)}: sides are at most "
-                f"{_MAP_SIDE_MOST} px."
+                f"{self.path} gives a depth of shape {np.shape(output)}: heatlens takes at most "
+                f"{_MAP_SIDE_MOST} px a side. Choose another network."
             )
         values = np.asarray(output, np.float32).squeeze()
         if values.ndim != 2 or not np.isfinite(values).all():
@@ -154,8 +154,8 @@ def _load_network(path: Path, key: str, output: DepthModelOutput) -> Network:
     output_shapes = [it.shape for it in session.get_outputs()[:1]]
     if any(_is_impossible_shape(shape) for shape in (picture_input.shape, *output_shapes)):
         raise InputError(
-            f"{path} takes {picture_input.shape} and gives {output_shapes}: sides are 1 to "
-            f"{_MAP_SIDE_MOST} px."
+            f"{path} takes {picture_input.shape} and gives {output_shapes}: heatlens runs "
+            f"networks with sides of 1 to {_MAP_SIDE_MOST} px. Choose another."
         )
     return Network(
         path=path,

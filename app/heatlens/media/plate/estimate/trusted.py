@@ -63,7 +63,8 @@ def check_trusted(path: Path, key: str) -> None:
         _remember(key)
         return
     raise UnknownNetworkError(
-        f"{warning} If you know whose it is, give --depth-model {path} once, or --run-networks."
+        f"{warning} If you trust its maker, name it once with --depth-model {path}, or allow all "
+        "networks with --run-networks."
     )
 
 

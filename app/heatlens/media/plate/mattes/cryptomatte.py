@@ -104,7 +104,10 @@ def hash_name(name: str) -> int:
     try:
         encoded = name.encode()
     except UnicodeEncodeError as error:
-        raise InputError(f"{name!r} is no name of a thing: it is not UTF-8.") from error
+        raise InputError(
+            f"{name!r} cannot be the name of a thing, because it is not UTF-8: give its id, # and "
+            "8 hexadecimal digits."
+        ) from error
     bits = mmh3.hash(encoded, signed=False)
     if bits & _EXPONENT in (0, _EXPONENT):
         bits ^= _EXPONENT_LOWEST_BIT

@@ -31,7 +31,10 @@ def with_flat_depth(plate: Plate, thing: str) -> Plate:
     if not plate.has_distances:
         raise no_distances_error(plate)
     if plate.fragments is not None:
-        raise InputError(f"{plate.path} is deep: the depth of a thing cannot be flattened in it.")
+        raise InputError(
+            f"{plate.path} is deep, and --flat-depth mends the one depth of a flat picture: leave "
+            "it out."
+        )
     matte = matte_in_frame(plate, bare_name(thing))
     if matte is None:
         return plate

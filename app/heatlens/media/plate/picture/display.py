@@ -42,7 +42,10 @@ def decode_camera_log(path: Path, signal: FloatImage, color_space: str) -> Float
     Middle gray becomes 0.18; alpha stays. Raises InputError for a gray picture.
     """
     if signal.shape[2] not in (3, 4):
-        raise InputError(f"{path} is grey: the log of a camera has three colours.")
+        raise InputError(
+            f"{path} is grey, and the log of a camera is for pictures of three colours: give "
+            "another --picture-curve."
+        )
     light: FloatImage = np.ascontiguousarray(signal, np.float32)
     apply = _linear_processor(color_space).applyRGB if light.shape[2] == 3 else None
     (apply or _linear_processor(color_space).applyRGBA)(light)

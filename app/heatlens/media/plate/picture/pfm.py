@@ -26,7 +26,9 @@ def read_pfm(path: Path) -> FloatImage:
     data = read_file_bytes(path)
     head = _HEAD.match(data)
     if head is None:
-        raise InputError(f"{path} is not a PFM: its first words are not PF or Pf and its size.")
+        raise InputError(
+            f"{path} is not a PFM, which begins with PF or Pf and its size: write it again."
+        )
     width, height = int(head[2]), int(head[3])
     count = 3 if head[1] == b"PF" else 1
     pixel_bytes, needed_bytes = len(data) - head.end(), 4 * width * height * count

@@ -79,7 +79,10 @@ def _convert_google_depth(path: Path, xmp: str) -> InnerDepth | None:
     if encoded is None:
         return None
     if near_m is None or far_m is None or not 0 < near_m < far_m:
-        raise InputError(f"{path}: its depth map has impossible ends ({near_m}, {far_m}).")
+        raise InputError(
+            f"{path}: its depth map runs from {near_m} to {far_m} m, which cannot be. Give another "
+            "depth with --depth."
+        )
     fraction = _decode_grey(path, encoded)
     format_name = _entry_text(xmp, "Format") or "RangeInverse"
     if format_name == "RangeLinear":

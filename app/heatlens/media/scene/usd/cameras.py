@@ -65,7 +65,9 @@ def _read_camera(
     width_mm = _read_number(stage, prim, _WIDTH, frame_numbers[0]) * unit_mm
     focal_mm = tracks["focal_length_mm"]
     if not (0 < min(focal_mm) <= max(focal_mm) < math.inf and 0 < width_mm < math.inf):
-        raise InputError(f"{stage.path}: {prim.GetPath()} has an impossible lens.")
+        raise InputError(
+            f"{stage.path}: the camera {prim.GetPath()} needs a focal length and a sensor above 0."
+        )
     tracks = _drop_impossible(stage, prim, tracks)
     first_values = {field: track[0] for field, track in tracks.items()}
     return SceneCamera(

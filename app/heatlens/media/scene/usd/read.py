@@ -153,7 +153,9 @@ def _join_copies(parts: list[Array]) -> Array:
     """Return the copies of all instancers (F or 1, n, 4, 4), over the frames of the longest."""
     count = max((len(part) for part in parts), default=1)
     if count * sum(part.shape[1] for part in parts) > _MATRICES_MOST:
-        raise InputError("The copies of point instancers move over too many frames.")
+        raise InputError(
+            f"The copies of point instancers move over too many frames, {count:,}: export fewer."
+        )
     padded = [part if len(part) == count else np.repeat(part, count, axis=0) for part in parts]
     return np.concatenate(padded, axis=1) if padded else np.zeros((1, 0, 4, 4))
 
@@ -163,5 +165,8 @@ def _sample_matrices(stage: UsdStage, prims: list[object], frames: FrameRange | 
     if frames is None:
         return stage.world_matrices(prims, STILL_FRAME)[None]
     if frames.count * len(prims) > _MATRICES_MOST:
-        raise InputError(f"{stage.path}: too many objects move over {frames.count:,} frames.")
+        raise InputError(
+            f"{stage.path}: {len(prims):,} objects move over {frames.count:,} frames, too many. "
+            "Export fewer frames."
+        )
     return np.stack([stage.world_matrices(prims, frame) for frame in frames])

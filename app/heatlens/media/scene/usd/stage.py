@@ -50,7 +50,10 @@ class UsdStage:
             check_frame(time)
         frames = FrameRange(math.floor(min(times)), math.ceil(max(times)))
         if frames.count > _FRAMES_MOST:
-            raise InputError(f"{self.path} moves over {frames.count:,} frames, which is too many.")
+            raise InputError(
+                f"{self.path} moves over {frames.count:,} frames; heatlens takes {_FRAMES_MOST:,}. "
+                "Export fewer frames."
+            )
         return frames
 
     def world_matrices(self, prims: list[object], frame: float) -> Array:
@@ -59,7 +62,10 @@ class UsdStage:
         rows = np.array([cache.GetLocalToWorldTransform(prim) for prim in prims], np.float64)
         matrices = self.to_metres @ rows.reshape(-1, 4, 4).swapaxes(1, 2)
         if not np.isfinite(matrices).all() or (matrices.size and np.abs(matrices).max() > 1e9):
-            raise InputError(f"{self.path}: an object lies too far away to be drawn.")
+            raise InputError(
+                f"{self.path}: an object is more than a million kilometres away or as large: look "
+                "at the unit of the scene."
+            )
         return np.asarray(matrices)
 
 
@@ -71,7 +77,10 @@ def open_stage(path: Path) -> UsdStage:
     unit_m = geometry.GetStageMetersPerUnit(stage)
     up, rate = geometry.GetStageUpAxis(stage), stage.GetTimeCodesPerSecond()
     if not 0 < unit_m < 1e9:
-        raise InputError(f"{path} has {unit_m:g} metres per unit, so no length can be read.")
+        raise InputError(
+            f"{path} has {unit_m:g} metres per unit, so no length can be read: export it with "
+            "metersPerUnit above 0."
+        )
     check_frames_per_second(rate)
     to_metres = np.diag([unit_m, unit_m, unit_m, 1.0])
     if up == "Z":

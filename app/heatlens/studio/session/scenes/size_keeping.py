@@ -72,7 +72,9 @@ class SizeKeeping(Commands):
         """Let the camera follow the keyed focal length, or the focal length the camera."""
         with report_errors(self._notify):
             if self.chosen is None:
-                raise InputError("Choose what keeps its size first, under the focal length.")
+                raise InputError(
+                    "Choose first what keeps its size: in the Lens tab, under the focal length."
+                )
             kept_size = self._kept_size(self._editing.shot)
             self._editing.do(
                 kept_size.follow_with_camera()

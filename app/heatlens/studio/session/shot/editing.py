@@ -159,7 +159,7 @@ class Editing:
         if lens == old_lens:
             return
         if holder := self._other_holder():
-            self._notify(f"{holder} has the lens.")
+            self._notify(f"{holder} moves the lens: wait a moment.")
             return
         with report_errors(self._notify):
             self._check_focus_by_hand(old_lens, lens)
