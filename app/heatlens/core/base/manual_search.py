@@ -14,17 +14,19 @@ from functools import cache, cached_property
 from heatlens.core.base.paths import manual_pages
 
 _REFERENCES = ("keys", "options")  # pages that are lists, made of the program's own records
-_NAME_WEIGHT = 3.0  # of a word in the name of an option, in a heading or in bold text
+_NAME_WEIGHT = 3.0  # of a word in the name of an option or in bold text
+_HEADING_WEIGHT = 1.5  # of a word in a heading, which all passages under it share
 _OPTION_WEIGHT = 5.0  # of the only word in the name of an option
 _FAMILIAR_LENGTH = 4  # letters that two words share if they are forms of one, such as fast, faster
 _FORM_WEIGHT = 0.5  # of a form, beside the word itself
 _LONGEST_ENDING = 3  # letters that may follow them
 # Words that are too common to tell passages apart.
 _STOP_WORDS = frozenset(
-    "a an and at do for from how i in is it my of on or the to what with".split()
+    "a an and at do for from how i in is it my of on or the to what where with".split()
 )
 _HEADS = re.compile(r"^\|.*\n\| ---.*$", re.MULTILINE)  # of tables
 _INTRODUCTION = re.compile(r"^\| You have \|.*\n(?:\|.*\n)*", re.MULTILINE)  # is one passage
+_LINKS = re.compile(r"(?:\[[^]]*\]\([^)]*\)[ ·]*)+")  # to other pages, and nothing else
 _BLOCKS = re.compile(r"\n\s*\n|\n(?=- )|\n(?=\|)|\n(?=#)")
 
 
@@ -44,9 +46,10 @@ class Passage:
     def words(self) -> dict[str, float]:
         """How much each word weighs in it."""
         title, _, sections = self.place.partition(" > ")
-        names = " ".join(re.findall(r"\*\*.+?\*\*|--[\w-]+", self.text)) + " " + sections
+        names = " ".join(re.findall(r"\*\*.+?\*\*|--[\w-]+", self.text))
         options = re.findall(r"--([a-z]+)(?![\w-])", self.text)
         weights = dict.fromkeys(_words_in(f"{title} {self.text}"), 1.0)
+        weights |= dict.fromkeys(_words_in(sections), _HEADING_WEIGHT)
         weights |= dict.fromkeys(_words_in(names), _NAME_WEIGHT)
         return weights | dict.fromkeys(options, _OPTION_WEIGHT)
 
@@ -72,21 +75,26 @@ def passages_of(page: str) -> Iterator[Passage]:
         if level:
             headings = {it: heading for it, heading in headings.items() if it < level}
             headings[level] = text.lstrip("# ")
-        elif text and not text.startswith("!["):
+        elif text and not text.startswith("![") and not _LINKS.fullmatch(text):
             yield Passage(" > ".join(headings.values()), _plain(text))
 
 
 def best_passages(passages: Iterable[Passage], question: str, most: int) -> Sequence[Passage]:
     """Return the passages that fit a question best, the best one first; none if no word fits."""
     passages = list(passages)
-    scores = dict.fromkeys(passages, 0.0)
+    scores, found_counts = dict.fromkeys(passages, 0.0), dict.fromkeys(passages, 0)
     for word in (it for it in _words_in(question) if it not in _STOP_WORDS):
-        fits = {it: _weight_in(it, word) for it in passages}
-        count = sum(weight > 0.0 for weight in fits.values())
-        rarity = math.log((1 + len(passages)) / (1 + count))
-        scores = {it: score + fits[it] * rarity for it, score in scores.items()}
-    hits = {it: score for it, score in scores.items() if score}
-    ranked = {it: score / (2.0 + math.log(1 + len(it.text))) for it, score in hits.items()}
+        fits = {it: weight for it in passages if (weight := _weight_in(it, word))}
+        rarity = math.log((1 + len(passages)) / (1 + len(fits)))
+        for it, weight in fits.items():
+            scores[it] += weight * rarity
+            found_counts[it] += 1
+    # Of two words, a passage that has both beats one that has a rare one in its heading.
+    ranked = {
+        it: score * found_counts[it] ** 2 / (2.0 + math.log(1 + len(it.text)))
+        for it, score in scores.items()
+        if score
+    }
     return sorted(ranked, key=lambda it: -ranked[it])[:most]
 
 
