@@ -36,7 +36,7 @@ def check_frame_of_file(text: str, frame: int) -> None:
     if not os.path.isfile(text):
         raise unreadable_error(Path(text))
     if other_format := describe_other_format(Path(text)):
-        raise InputError(f"{text} is {other_format}, not a picture that heatlens reads.")
+        raise InputError(f"{text} is {other_format}.")
     found = frame_in_sequence(text)
     own_frame = parse_frame_name(Path(text).name)[1] if found is None else found[0]
     if own_frame == frame:

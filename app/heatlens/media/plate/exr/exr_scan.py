@@ -169,7 +169,7 @@ def check_exr(path: Path) -> None:
 def _check_magic(path: Path, magic: bytes) -> None:
     """Raise InputError if these first bytes of a file are not those of an EXR."""
     if magic != MAGIC and (other_format := describe_other_format(path)):
-        raise InputError(f"{path} is {other_format}, not an EXR: give it the ending of what it is.")
+        raise InputError(f"{path} is {other_format}.")
     if magic != MAGIC:
         problem = "is empty" if not magic else "is not an OpenEXR file"
         raise InputError(
