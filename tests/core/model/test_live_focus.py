@@ -92,10 +92,10 @@ def test_live_focus_survives_shot_file(tmp_path):
 @pytest.mark.parametrize(
     ("pursuits", "message"),
     [
-        ((), "begins"),
-        ((Pursuit(mark="A", start_frame=3, frames=4),), "begins"),
+        ((), "at least one mark"),
+        ((Pursuit(mark="A", start_frame=3, frames=4),), "first without a start frame"),
         ((Pursuit("A"), Pursuit("B")), "start frame"),
-        ((Pursuit("A"), Pursuit(mark="B", start_frame=5, frames=0)), "frames"),
+        ((Pursuit("A"), Pursuit(mark="B", start_frame=5, frames=0)), "1 frame or more"),
         (
             (
                 Pursuit("A"),

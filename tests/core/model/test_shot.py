@@ -133,8 +133,8 @@ def test_shot_span_and_played_range_of_plate_keys_and_in_out():
     [
         ({"frames_per_second": 0.0}, "Frames per second"),
         ({"frames_per_second": math.nan}, "Frames per second"),
-        ({"source": ""}, "be a file name"),
-        ({"source": "a\0b"}, "be a file name"),
+        ({"source": ""}, "which cannot be a file"),
+        ({"source": "a\0b"}, "which cannot be a file"),
         ({"marks": (DistanceMark("A", 1.0), DistanceMark("A", 2.0))}, "Two marks are called A"),
     ],
 )

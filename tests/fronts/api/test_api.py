@@ -99,7 +99,7 @@ assert ENGINE._renderer is kept
         (lambda p: heatlens.open(p, depth_channle="Z"), "depth_channle"),
         (lambda p: heatlens.open(p, size=(8, 8)), "leave size out"),
         (lambda p: heatlens.open("demo", scene_unit_m=2), "leave scene_unit_m out"),
-        (lambda p: heatlens.open(p).render(qualty="draft"), "There is no 'qualty'"),
+        (lambda p: heatlens.open(p).render(qualty="draft"), "There is no argument 'qualty'"),
         (lambda p: heatlens.open(p).render(quality="best"), "draft, preview, film"),
         (lambda p: heatlens.open(p).render(f_stop=0), "f-stop must be between"),
         (lambda p: heatlens.open(p).render(focus_distance_m=2, focus_at=(1, 1)), "not both"),

@@ -133,7 +133,7 @@ def test_argument_hints_know_every_argument():
         ({"views": 66.5}, "views must be a whole number"),
         ({"lens": 1.4}, r"lens must be a heatlens\.Lens, got 1\.4"),
         ({"aperture_image": 3}, "aperture_image must be a text, got 3"),
-        ({"focus_distance": 3}, r"no 'focus_distance'. Did you mean focus_distance_m\?"),
+        ({"focus_distance": 3}, r"no argument 'focus_distance'. Did you mean focus_distance_m\?"),
         ({"fstop": 3}, r"Did you mean f_stop\?"),
         ({"aperture": 3}, r"Did you mean f_stop\?"),
         ({"scene_unit_m": 0.01}, "in render: it is an argument of open"),

@@ -179,8 +179,8 @@ def test_live_follow_rejects_impossible_options(shot, tmp_path, capsys, words, e
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        (lambda live: live["pursuits"].append({"mark": "Q", "start_frame": 4}), "frames"),
-        (lambda live: live["pursuits"].clear(), "first mark .* has no start frame"),
+        (lambda live: live["pursuits"].append({"mark": "Q", "start_frame": 4}), "1 frame or more"),
+        (lambda live: live["pursuits"].clear(), "first without a start frame"),
         (lambda live: live["measured"][0].update(mark="C"), "measured"),
         (lambda live: live["measured"][0]["distances_m"].__setitem__(1, -1), "above 0"),
         (lambda live: live["follow"].update(ignored_part=9), "0 to 0.5"),

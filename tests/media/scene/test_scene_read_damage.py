@@ -121,7 +121,7 @@ def test_read_scene_survives_json_entry_of_wrong_type(fuzzed, place, odd):
         (b"\xff\xd8\xff\xe0 a photograph", "damaged or not glTF"),
         (b"{}", "not glTF version 2"),
         (b"[]", "object in braces"),
-        (b'{"asset": {"version": "2.0"}}', "nothing in this scene"),
+        (b'{"asset": {"version": "2.0"}}', "no surfaces to look at"),
         (b'{"asset": {"version": "1.0"}}', "'1.0'"),
         (b"[" * 100_000, "damaged or not glTF"),
         (b"glTF\x01\0\0\0" + bytes(20), "version 1"),

@@ -126,7 +126,7 @@ def _find_shoot_table(text: str, path: Path) -> tuple[Path, int | None] | None:
 def _check_unit(path: Path, meters_per_unit: float) -> None:
     """Raise InputError if the format takes no unit, or for an impossible one."""
     if path.suffix.lower() not in _WITH_UNIT:
-        raise InputError(f"{path}: this format is always in metres, so it takes no other unit.")
+        raise InputError(f"{path}: this format is always in metres: leave --meters-per-unit out.")
     if not _UNIT_LEAST <= meters_per_unit <= _UNIT_MOST:
         raise InputError(
             f"A scene has {_UNIT_LEAST:g} to {_UNIT_MOST:g} metres per unit, not "

@@ -157,7 +157,7 @@ def read_csv_camera(path: Path) -> CameraSamples:
     except OSError as error:
         raise unreadable_error(path, error) from error
     except (ValueError, csv.Error) as error:
-        raise InputError(f"{path} is damaged: {error}.") from error
+        raise damaged_table_error(path, error) from error
     _check_columns(path, reader.fieldnames or ())
     if not table:
         raise InputError(f"{path} has no rows: a camera needs at least one frame.")
@@ -171,6 +171,12 @@ def read_csv_camera(path: Path) -> CameraSamples:
         return camera_of_rows(rows, name=path.stem, **first_row_fields)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def damaged_table_error(path: Path, error: Exception) -> InputError:
+    """Return the error for a table that is no text, or whose cells do not fit."""
+    reason = "it is not text in UTF-8" if isinstance(error, UnicodeError) else error
+    return InputError(f"{path} is damaged: {reason}. Export it again.")
 
 
 def _cells_of_row(camera: CameraSamples, row: Row) -> dict[str, object]:

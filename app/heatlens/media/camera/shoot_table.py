@@ -17,6 +17,7 @@ from heatlens.core.base.paths import read_file_bytes, unreadable_error
 from heatlens.core.model.curves.frames import FRAMES_PER_SECOND
 from heatlens.core.model.option import Values
 from heatlens.core.model.timecode import Timecode, try_parse_timecode
+from heatlens.media.camera.rows import damaged_table_error
 from heatlens.media.camera.samples import CameraSamples
 from heatlens.media.plate.header.shoot_names import (
     ShootLens,
@@ -206,7 +207,8 @@ def read_shoot_table(
     notes = _notes(path, table, lenses, tracks)
     if all(track is None for track in tracks.values()):
         raise InputError(
-            f"{path}: no row has a value of the lens. {_unknown_columns_note(table)}".strip()
+            f"{path}: no row has a value of the lens: columns such as focus, iris and focal length "
+            f"are needed. {_unknown_columns_note(table)}".strip()
         )
     try:
         return CameraSamples(
@@ -229,7 +231,7 @@ def _read_table(path: Path) -> ShootTable:
     except OSError as error:
         raise unreadable_error(path, error) from error
     except (ValueError, csv.Error) as error:
-        raise InputError(f"{path} is damaged: {error}.") from error
+        raise damaged_table_error(path, error) from error
 
 
 def _tracks(lenses: Sequence[ShootLens]) -> Values:

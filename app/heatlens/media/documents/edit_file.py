@@ -87,7 +87,9 @@ def reel_of_timeline(path: Path, timeline: Timeline, options: EditOptions) -> Re
     finder = MediaFinder(path, options.folders)
     clips = [span.clip for span in spans if span.clip is not None]
     if not clips:
-        raise InputError(f"{path} has no clip in its picture tracks.")
+        raise InputError(
+            f"{path} has no clip in its picture tracks: export the edit with its pictures."
+        )
     rate = float(clips[0].duration().rate)
     check_cut_length(float(spans[-1].end_s * exact_rate(rate)), str(path))
     shots, gaps = list[ReelShot](), dict[int, int]()

@@ -166,7 +166,7 @@ class Movie:
                 packet.pts for packet in packets if packet.pts is not None and not packet.is_discard
             ]
         if not times:
-            raise InputError(f"{self._path} has no frames.")
+            raise InputError(f"{self._path} has no frames: it is empty or damaged. Write it again.")
         return tuple(sorted(set(times)))
 
     def _check_complete(self, frame_ends: list[int]) -> None:

@@ -179,7 +179,9 @@ class Scene:
 
     def __post_init__(self) -> None:
         if not self.instances:
-            raise InputError(f"{self.path}: there is nothing in this scene to look at.")
+            raise InputError(
+                f"{self.path}: this scene has no surfaces to look at: export it with its meshes."
+            )
         check_instances(self.path, len(self.instances))
 
     @property

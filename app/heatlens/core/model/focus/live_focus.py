@@ -138,8 +138,8 @@ class LiveFocus:
         """Raise InputError unless each pull starts after the one before it has arrived."""
         if not self.pursuits or self.pursuits[0].start_frame is not None:
             raise InputError(
-                "The first mark that a focus follows has no start frame: leave it out there, and "
-                "give one to each later mark."
+                "A focus that follows needs at least one mark: the first without a start frame, "
+                "each later one with it."
             )
         for before, after in pairwise(self.pursuits):
             if after.start_frame is None or after.frames < 1:

@@ -149,7 +149,7 @@ class Reel:
     def __post_init__(self) -> None:
         check_frames_per_second(self.frames_per_second)
         if not self.shots:
-            raise InputError(f"The reel {self.name} has no shot.")
+            raise InputError(f"The reel {self.name} has no shot: give it at least one.")
         names: set[str] = set()
         for shot in self.shots:
             if shot.name in names:

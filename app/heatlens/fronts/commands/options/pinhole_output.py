@@ -75,7 +75,10 @@ def check_pinhole_options(
             "options write them to a plate. Give --pinhole too."
         )
     if given_names and not is_exr:
-        raise InputError(f"{' and '.join(given_names)}: {args.output} is not an EXR file.")
+        raise InputError(
+            f"{' and '.join(given_names)}: {args.output} is not an EXR file: give a name that ends "
+            "in .exr."
+        )
     if args.deep and args.compression not in (None, default_compression):
         raise InputError(
             "--deep: a deep file is always compressed as zips: leave --compression out."

@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.outside_text import one_line
 from heatlens.core.base.paths import read_file_bytes
 from heatlens.core.model.depth_words import DepthConvention
 from heatlens.media.files.opened_by_ending import open_embedded_picture
@@ -100,7 +99,7 @@ def _find_google_map(path: Path, xmp: str) -> bytes | None:
         try:
             return base64.b64decode("".join(data.split()) + "==")
         except ValueError as error:  # includes binascii.Error
-            raise InputError(f"{path}: its depth map is damaged ({error}).") from error
+            raise _damaged_map_error(path) from error
     lengths = [int(a or b) for a, b in _ITEM_LENGTH.findall(xmp)]
     appended = _appended_files(path, [length for length in lengths if length])
     return next((item for item in appended if _is_grey_picture(item)), None)
@@ -140,7 +139,7 @@ def _convert_map_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        raise InputError(f"{path}: its depth map is damaged ({one_line(error)}).") from error
+        raise _damaged_map_error(path) from error
 
 
 def _convert_heic_depth(
@@ -300,3 +299,7 @@ def _parse_float(text: bytes) -> float | None:
         return float(text)
     except ValueError:
         return None
+
+
+def _damaged_map_error(path: Path) -> InputError:
+    return InputError(f"{path}: its depth map is damaged. Give another depth with --depth.")

@@ -148,7 +148,9 @@ def _read_instances(
             nodes += [_WORLD if in_world else node] * len(copies)
             offsets.append(copies)
     if not nodes:
-        raise InputError(f"{gltf.path}: there is nothing in this scene to look at.")
+        raise InputError(
+            f"{gltf.path}: this scene has no surfaces to look at: export it with its meshes."
+        )
     node_motion = _NodeMotion(animation, nodes=tuple(nodes), offsets=np.concatenate(offsets))
     worlds = np.concatenate([animation.worlds(animation.first_frame), np.eye(4)[None]])
     to_world = worlds[nodes] @ node_motion.offsets
