@@ -101,7 +101,7 @@ def test_usd_camera_rejects_orthographic_camera(usd_path):
     stage = write_camera_stage(usd_path, "/cam")
     stage.GetPrimAtPath("/cam").GetAttribute("projection").Set("orthographic")
     stage.GetRootLayer().Save()
-    with pytest.raises(InputError, match="/cam: the camera is orthographic: it has no lens"):
+    with pytest.raises(InputError, match="/cam: the camera is orthographic, so it has no lens"):
         usd_camera(str(usd_path))
 
 

@@ -69,7 +69,7 @@ def test_check_requested_file_rejects_bad_names(name, why):
 
 def test_check_requested_file_rejects_clients_of_other_machines(tmp_path):
     path = write_file(tmp_path / "a.exr", rgb())
-    with pytest.raises(InputError, match="only for clients on this machine"):
+    with pytest.raises(InputError, match="only for programs on this machine"):
         check_requested_file(str(path), is_local=False)
 
 

@@ -178,11 +178,12 @@ def _check_output_kind(args: argparse.Namespace, output: Output) -> None:
     if given_names and output.is_exr:
         raise InputError(
             f"{', '.join(given_names)}: EXR frames stay scene-linear and clean for further work. "
-            "Export "
-            "PNG, JPEG or a movie in addition."
+            "Export PNG, JPEG or a movie in addition."
         )
     if given_names:
-        raise InputError(f"{', '.join(given_names)}: these options are only for EXR.")
+        raise InputError(
+            f"{', '.join(given_names)}: only EXR frames hold this, and {args.output} is none."
+        )
     _check_combinations(args, output)
 
 

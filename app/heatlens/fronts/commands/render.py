@@ -234,8 +234,8 @@ def _channels_to_keep(args: argparse.Namespace, settings: DefocusSettings) -> tu
     given_names = [option for option, value in exr_options.items() if value]
     if given_names and not _is_exr(args):
         raise InputError(
-            f"{', '.join(given_names)}: these options are for EXR, and {args.output} is not an "
-            "EXR file."
+            f"{', '.join(given_names)}: only an EXR holds this, and {args.output} is none. Give a "
+            "name that ends in .exr."
         )
     if not args.keep_channels:
         return ()

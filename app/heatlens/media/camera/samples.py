@@ -176,7 +176,7 @@ def _check_frames(frames: tuple[int, ...]) -> None:
     for frame, next_frame in pairwise(frames):
         if next_frame <= frame:
             if next_frame == frame:
-                raise InputError(f"There are two entries for frame {frame}.")
+                raise InputError(f"The camera has two entries for frame {frame}: keep one.")
             raise InputError(
                 f"Frame {next_frame} comes after frame {frame}: frames must be in order."
             )

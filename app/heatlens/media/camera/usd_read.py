@@ -149,7 +149,7 @@ def _choose_camera(path: Path, cameras: list[UsdObject], prim_path: str | None) 
 def _check_projection(stage: _Stage) -> None:
     """Raise InputError for an orthographic camera."""
     if stage.prim.GetAttribute("projection").Get() == "orthographic":
-        raise InputError("the camera is orthographic: it has no lens.")
+        raise InputError("the camera is orthographic, so it has no lens: name a perspective one.")
 
 
 def _frames(stage: _Stage) -> tuple[int, ...]:

@@ -204,8 +204,8 @@ def view_transform(
         cpu_processor = processor.getDefaultCPUProcessor()
     except (library.Exception, library.ExceptionMissingFile) as error:
         raise InputError(
-            f"{config.source}: {view} on {display} from {input_space} cannot be built: "
-            f"{error_text(error)}"
+            f"{config.source}: the view {view} on {display} cannot be used with {input_space} "
+            f"({error_text(error)}). Choose another --view or --display, or mend the config."
         ) from error
     encode = _cpu_encoder(cpu_processor)
     return ViewTransform(display, view, input_space, key=key, glsl=glsl, luts=luts, encode=encode)

@@ -87,7 +87,8 @@ def _check_geometry(label: str, positions: Floats, triangles: Triangles) -> None
     """Raise InputError for positions that are not finite and indices without a position."""
     if not (np.abs(positions) <= _FAR_MOST_M).all():
         raise InputError(
-            f"{label}: a vertex is at NaN or beyond {_FAR_MOST_M:g} m, where nothing can be drawn."
+            f"{label}: a vertex has no finite place, or is beyond {_FAR_MOST_M:g} m: look at the "
+            "unit, or export it again."
         )
     if triangles.size and int(triangles.max()) >= len(positions):
         raise InputError(

@@ -68,7 +68,10 @@ class _MeshReader:
         positions = self._check_rows("vertices", geometry.vertices, 3)
         corners = self._check_rows("triangles", faces, 3)
         if np.min(corners) < 0 or np.max(corners) >= len(positions):
-            raise InputError(f"{self.path}: a triangle refers to a vertex that does not exist.")
+            raise InputError(
+                f"{self.path} is damaged: a triangle refers to a vertex that does not exist. "
+                "Export it again."
+            )
         positions_m, triangles = _convert_to_floats(positions), corners.astype(np.uint32)
         uvs = getattr(geometry.visual, "uv", None)
         if uvs is not None:

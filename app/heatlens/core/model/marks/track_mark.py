@@ -59,7 +59,10 @@ class TrackMark(Mark):
     def __post_init__(self) -> None:
         Mark.__post_init__(self)
         if not self.clicks or len({click.frame for click in self.clicks}) < len(self.clicks):
-            raise InputError(f"Mark {self.name}: give one pixel for each frame, as X,Y@FRAME.")
+            raise InputError(
+                f"Mark {self.name} is tracked from one pixel or more, each at a frame of its own: "
+                f"write {self.name}=track:X,Y@FRAME."
+            )
         for click in self.clicks:
             check_pixel(self.name, click.x_px, click.y_px)
         frames = [point.frame for point in self.places]

@@ -104,7 +104,9 @@ def check_for_export(args: argparse.Namespace, reel: Reel) -> None:
     refuse_options(args, _ONE_SHOT_OPTIONS, "The cut says which frames of its shots are exported")
     refuse_blurred(args.shot, reel)
     if reel.missing_shots:
-        missing_texts = "; ".join(f"{shot.name}: {shot.notes[0]}" for shot in reel.missing_shots)
+        missing_texts = "; ".join(
+            f"shot {shot.name}: {shot.notes[0]}" for shot in reel.missing_shots
+        )
         raise InputError(f"{args.shot}: {missing_texts}. Give their folder with --media.")
     if not parse_output(args.output).is_movie and SHOT_FIELD not in args.output:
         raise InputError(

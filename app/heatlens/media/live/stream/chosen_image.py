@@ -67,7 +67,10 @@ def choose_image(images: Sequence[TevImage], options: PlateOptions) -> ChosenIma
             problems.pop(depth.image.name, None)
         skipped_note = next(map(str, problems.values()), "")
         return ChosenImage(channels, tuple(complete_image.planes), skipped_note)
-    raise next(iter(problems.values()), InputError("No image has arrived yet."))
+    raise next(
+        iter(problems.values()),
+        InputError("No image has arrived from a renderer yet: send one to this address."),
+    )
 
 
 def copy_needed_channels(image: TevImage, options: PlateOptions) -> TevImage:

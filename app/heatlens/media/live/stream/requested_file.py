@@ -17,10 +17,10 @@ def check_requested_file(name: str, is_local: bool) -> Path:
     Raises InputError if the client is on another machine, and so could not read the file itself, or
     if `name` is not the full path of an existing EXR or picture.
     """
-    sentence_start = f"A client asked for the file {printable(name)[:_NAME_LETTERS_MOST]!r}"
+    sentence_start = f"A program asked for the file {printable(name)[:_NAME_LETTERS_MOST]!r}"
     path = Path(name)
     if not is_local:
-        raise InputError(f"{sentence_start}: files are opened only for clients on this machine.")
+        raise InputError(f"{sentence_start}: files are opened only for programs on this machine.")
     if path.suffix.lower() != ".exr" and not is_picture(path):
         raise InputError(f"{sentence_start}: only EXR and other picture files are opened.")
     if not path.is_absolute():

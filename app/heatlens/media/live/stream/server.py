@@ -159,7 +159,7 @@ class TevServer(Closing):
             names = self._images.names if name is None else (name,)
             images = [image for image in map(self._images.get, names) if image is not None]
             if name is not None and not images:
-                raise InputError(f"No image {name!r} has arrived yet.")
+                raise InputError(f"No image {name!r} has come from the renderer yet: wait for it.")
             return choose_image(images, options), lens_header(self._lens.get(LENS_IMAGE))
 
     def _serve(self) -> None:

@@ -96,10 +96,8 @@ def _find_google_map(path: Path, xmp: str) -> bytes | None:
     """Return the encoded map from the XMP or appended to the picture; None if there is none."""
     data = _entry_text(xmp, "Data")
     if data:
-        try:
+        with _convert_map_errors(path):
             return base64.b64decode("".join(data.split()) + "==")
-        except ValueError as error:  # includes binascii.Error
-            raise _damaged_map_error(path) from error
     lengths = [int(a or b) for a, b in _ITEM_LENGTH.findall(xmp)]
     appended = _appended_files(path, [length for length in lengths if length])
     return next((item for item in appended if _is_grey_picture(item)), None)
@@ -135,11 +133,12 @@ def _decode_grey(path: Path, data: bytes) -> FloatImage:
 
 @contextmanager
 def _convert_map_errors(path: Path) -> Iterator[None]:
-    """Turn every way in which Pillow fails into an InputError."""
+    """Turn every way in which decoding fails into an InputError."""
     try:
         yield
     except Exception as error:
-        raise _damaged_map_error(path) from error
+        message = f"{path}: its depth map is damaged. Give another depth with --depth."
+        raise InputError(message) from error
 
 
 def _convert_heic_depth(
@@ -299,7 +298,3 @@ def _parse_float(text: bytes) -> float | None:
         return float(text)
     except ValueError:
         return None
-
-
-def _damaged_map_error(path: Path) -> InputError:
-    return InputError(f"{path}: its depth map is damaged. Give another depth with --depth.")

@@ -182,7 +182,9 @@ def _convert_points(label: str, stored: UsdObject) -> Array:
     """Return points (P, 3) of the file; raise InputError if some are not finite."""
     points = float_array(stored, 3, f"{label}: points")
     if not np.isfinite(points).all():
-        raise InputError(f"{label}: a point is at NaN or infinity.")
+        raise InputError(
+            f"{label}: a point has no finite place (NaN or infinity). Export it again."
+        )
     return points.astype(np.float64)
 
 

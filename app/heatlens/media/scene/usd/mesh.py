@@ -122,9 +122,13 @@ def _check_polygons(
     if counts.size and (counts.min() < 0 or counts.sum() != len(corners)):
         raise InputError(f"{label}: the corner counts of its polygons do not match its corners.")
     if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
-        raise InputError(f"{label}: a polygon refers to a vertex that does not exist.")
+        raise InputError(
+            f"{label}: a polygon refers to a vertex that does not exist. Export it again."
+        )
     if not np.isfinite(points).all():
-        raise InputError(f"{label}: a vertex is at NaN or infinity.")
+        raise InputError(
+            f"{label}: a vertex has no finite place (NaN or infinity). Export it again."
+        )
 
 
 def _make_fans(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
