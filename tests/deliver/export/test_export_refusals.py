@@ -10,7 +10,7 @@ from support.exports import files_in, refused_export_message
     [
         ("n.exr", (), "n.####.exr"),
         ("n.####.gif", (), ".exr, .png"),
-        ("n.####.tif", ("--keep-channels", "all"), "for EXR"),
+        ("n.####.tif", ("--keep-channels", "all"), "only EXR frames hold this"),
         ("n.####.exr", ("--keep-channels", "albedo"), "no layer or channel 'albedo' to keep"),
         ("n.####.exr", ("--keep-channels", "Z", "--proxy", "0.5"), "leave --proxy out"),
         ("n.1001-1003####.exr", (), "--frames"),
