@@ -116,6 +116,18 @@ def test_split_focus_has_two_distances_and_soft_edge():
     assert float(focus_offset_of(above, SIZE).dioptres_at(5, 1080)) == 0.0
 
 
+@given(st.floats(-180.0, 180.0), st.floats(-0.9, 0.9))
+def test_split_position_is_counted_from_the_middle_towards_the_glass(direction_deg, position):
+    """The edge, where half of the split counts, lies on the side of the glass for positions > 0."""
+    lens = Lens(50.0, 2.8, 4.0, 36.0, split_dioptres=1.0, split_softness=0.1)
+    lens = replace(lens, split_position=position, split_direction_deg=direction_deg)
+    angle, reach_px = np.radians(direction_deg), position * SIZE[0] / 2
+    edge = SIZE[0] / 2 + reach_px * np.cos(angle), SIZE[1] / 2 - reach_px * np.sin(angle)
+    assert float(focus_offset_of(lens, SIZE).dioptres_at(*edge)) == pytest.approx(0.5, abs=1e-6)
+    glass = edge[0] + SIZE[0] * np.cos(angle), edge[1] - SIZE[0] * np.sin(angle)
+    assert float(focus_offset_of(lens, SIZE).dioptres_at(*glass)) == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize("split", [1.5, -0.2])
 def test_ends_of_split_focus_are_its_two_sides(split):
     lens = Lens(50.0, 2.8, 4.0, 36.0, split_dioptres=split, split_position=0.5, split_softness=0.1)

@@ -483,3 +483,21 @@ def test_pictures_wait_for_programs_of_another_process_while_a_pyramid_answers(o
         builder.build(level)
     settle(machine, live)
     assert live.output.is_whole and (builder.requests or FILM in builder.built)
+
+
+@given(SPEEDS, WISHES, st.sampled_from([2 * BUDGET_S, math.inf]))
+def test_coarser_picture_never_follows_a_finer_one_of_the_same_focus(
+    full_seconds, wished, within_s
+):
+    machine, live = machine_and_picture(full_seconds)
+    ladder = [*reversed(cheaper_levels(wished))]  # a pyramid is below all of them
+    for shot in shots(3, wished):
+        live.request(shot, 1, BUDGET_S, within_s=within_s)
+        ranks = []
+        while live.is_working:
+            machine.clock_s += 0.1
+            live.work(SLICE_S)
+            if live.output is not None and live.output.shot == shot:
+                level = live.output.settings
+                ranks.append(ladder.index(level) if level in ladder else -1)
+        assert ranks == sorted(ranks)

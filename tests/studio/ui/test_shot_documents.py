@@ -143,4 +143,6 @@ def test_failed_save_asks_for_another_place_and_enter_opens_the_dialog(gui, tmp_
         gui.frame(3)
         assert not documents.failed_save
         assert gui.ui.dialogs.is_open is (key is K.enter)
+        recent = gui.session.preferences.values.recent
+        assert not [it for it in recent if it.endswith("file/pull.heatlens.json")]
     gui.key(K.escape)

@@ -254,3 +254,27 @@ def test_undo_and_redo_step_through_every_gesture(gui):
     for shot in shots[1:]:
         gui.key(K.z, ctrl=True, shift=True)
         assert gui.session.facts.shot == shot
+
+
+# The focus bar and the readout
+
+
+@pytest.mark.parametrize("distance_m", [0.3, 0.9, 2.0, 50.0, math.inf])
+def test_focus_bar_shows_both_limits_wherever_the_needle_is(gui, distance_m):
+    gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=distance_m))
+    gui.frame(2)
+    x0, _, x1, _ = gui.rect("focus bar")
+    left, _, right, _ = gui.rect("sharp range on the bar")
+    figure_left, _, figure_right, _ = gui.rect("focus on the bar")
+    assert x0 - 1 <= left < figure_left < figure_right < right <= x1 + 1
+
+
+def test_readout_of_a_pixel_in_focus_has_no_negative_zero(gui):
+    gui.session.editing.edit_lens(
+        replace(gui.session.facts.lens, focus_distance_m=BALL_M * (1 + 1e-6))
+    )
+    gui.settled()
+    gui.move(gui.at_picture(*middle_of(BALL)))
+    gui.frame(2)
+    words = gui.screen.status.words(gui.screen.picture.hovered_px)
+    assert "blur +0.00 px" in words

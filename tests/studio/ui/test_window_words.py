@@ -89,3 +89,18 @@ def test_title_names_the_sequence_and_marks_unsaved_changes(session_context, tmp
         assert documents.window_title.endswith(" *")
         gui.session.editing.undo()
         assert not documents.window_title.endswith("*")
+
+
+def test_window_draws_until_the_tab_of_a_new_timeline_has_its_width(gui):
+    turn = gui.screen.turn
+    while turn.begin_due_frame():
+        pass
+    gui.frame(3)
+    while turn.begin_due_frame():
+        pass
+    gui.screen._had_timeline = not gui.screen._had_timeline
+    gui.frame()
+    due = 0
+    while turn.begin_due_frame():
+        due += 1
+    assert due >= 2

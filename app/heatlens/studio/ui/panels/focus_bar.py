@@ -201,7 +201,13 @@ class _Bar:
         self._draw_line(x, theme.colors.accent, _NEEDLE_EM, 0.4 * em)
         font_px = _FOCUS_FONT_SCALE * em
         width = _FOCUS_FONT_SCALE * texts.text_width(words) + 0.8 * em
-        x0 = min(max(x - width / 2, self._left), self._left + self._width - width)
+        limits = self._distance_words(near_m), self._distance_words(far_m)
+        # room for both limits of the sharp range beside the figure, also where the needle is at
+        # an end of the bar
+        gap = _GAP_EM * em
+        before, after = (texts.text_width(limit) + gap for limit in limits)
+        end = self._left + self._width
+        x0 = min(max(x - width / 2, self._left + before), end - width - after)
         y = self._corner.y + 0.12 * em
         figure_rect = x0, y, x0 + width, y + 1.3 * em
         self._draw.add_rect_filled(
@@ -211,22 +217,12 @@ class _Bar:
         font = imgui.get_font()
         self._draw.add_text(font, font_px, text_corner, theme.colors.on_accent, words)
         rects.note_at("focus on the bar", figure_rect)
-        left = self._draw_limit_figure(self._distance_words(near_m), figure_rect[0], -1)
-        right = self._draw_limit_figure(self._distance_words(far_m), figure_rect[2], 1)
+        left, right = x0 - before, x0 + width + after
+        for limit, limit_x in zip(limits, (left, x0 + width + gap), strict=True):
+            corner = ImVec2(limit_x, self._corner.y + 0.25 * em)
+            self._draw.add_text(corner, theme.colors.in_focus, limit)
+        rects.note_at("sharp range on the bar", (left, y, right, figure_rect[3]))
         return left, y, right, figure_rect[3]
-
-    def _draw_limit_figure(self, words: str, x: float, side: int) -> float:
-        """Draw a limit of the sharp range beside the figure of the focus, if there is space.
-
-        Return the x of its far end.
-        """
-        width, gap = texts.text_width(words), _GAP_EM * self._em
-        x0 = x + gap if side > 0 else x - gap - width
-        if x0 < self._corner.x or x0 + width > self._corner.x + self._size.x:
-            return x
-        text_corner = ImVec2(x0, self._corner.y + 0.25 * self._em)
-        self._draw.add_text(text_corner, theme.colors.in_focus, words)
-        return x0 + width if side > 0 else x0
 
     def _draw_pointer(self, occupied: Rect) -> None:
         """Draw the distance at the pointer beside the other figures, never over the scale."""
