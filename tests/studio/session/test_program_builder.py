@@ -6,6 +6,7 @@ from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.known_programs import KNOWN_PROGRAMS
 from heatlens.studio.board.session import Session
+from heatlens.studio.session.pictures import program_builder
 from heatlens.studio.settings.start import Start
 from support.evening import run_until, run_until_settled
 from support.session_files import room_file
@@ -63,6 +64,16 @@ def test_session_builds_programs_itself_where_the_process_cannot_start(
     begin, tmp_path, monkeypatch
 ):
     monkeypatch.setenv("GLCONTEXT_DEVICE_INDEX", "99")
+    session = begin(str(room_file(tmp_path / "room.exr")))
+    requests = refused_pictures(session, monkeypatch)
+    run_until_settled(session)
+    assert requests and session.pictures.live.output.is_whole
+
+
+def test_session_builds_programs_itself_where_the_process_takes_too_long(
+    begin, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(program_builder, "_PATIENCE_S", 0.0)
     session = begin(str(room_file(tmp_path / "room.exr")))
     requests = refused_pictures(session, monkeypatch)
     run_until_settled(session)

@@ -9,6 +9,7 @@ import os
 import pickle
 import subprocess
 import sys
+import time
 from contextlib import AbstractContextManager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +30,7 @@ if sys.platform == "win32":
 else:
     _LOW_PRIORITY = 0  # the process lowers its own
 _FOLDER = "programs"
+_PATIENCE_S = 20.0  # for one picture; on a busy machine programs are then built here
 _MOST_PROCESSES = 20  # in one session; later programs are built here
 
 
@@ -44,6 +46,7 @@ class ProgramBuilder(Commands, Worker, ProcessBuilder):
         self._built: set[object] = set()  # what processes were started for
         self._pictures: tuple[Shot, ...] = ()  # that the process renders
         self._done_count = 0  # of these
+        self._news_at = 0.0  # the time of its start, and then of its latest picture
         if self._file is not None:
             self._file.load()
 
@@ -82,7 +85,7 @@ class ProgramBuilder(Commands, Worker, ProcessBuilder):
             return
         source = opened.render_source.with_absolute_paths()
         self._built.add(self._key(shot))
-        self._done_count = 0
+        self._done_count, self._news_at = 0, time.monotonic()
         self._pictures = pictures_to_build(self._source.picture.renderer, shot, frame)
         self._process = subprocess.Popen(
             module_command(build_programs.__name__, str(os.getpid())),
@@ -94,6 +97,16 @@ class ProgramBuilder(Commands, Worker, ProcessBuilder):
         )
         request = pickle.dumps(BuildRequest(source, frame, self._pictures))
         Thread(target=self._follow, args=(self._process, request), daemon=True).start()
+
+    def poll(self) -> None:
+        """End a process that takes too long for a picture."""
+        is_late = time.monotonic() - self._news_at > _PATIENCE_S
+        if self._process is not None and self._is_running and is_late:
+            self._process.kill()
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the time between two looks at the process."""
+        return 1.0 if self._is_running else None
 
     def close(self) -> None:
         """End the process, and keep what is known."""
@@ -125,5 +138,5 @@ class ProgramBuilder(Commands, Worker, ProcessBuilder):
 
     def _note_news(self) -> None:
         """Let the pictures try again."""
-        self.version += 1
+        self.version, self._news_at = self.version + 1, time.monotonic()
         self._wake()
