@@ -107,7 +107,10 @@ assert ENGINE._renderer is kept
         (lambda p: heatlens.open(np.ones((4, 4, 3)), np.ones((4, 5))), r"shape \(4, 5\)"),
         (lambda p: heatlens.open(np.ones((4, 4, 3)), np.zeros((4, 4))), "above 0"),
         (lambda p: heatlens.open(np.ones((4, 4)), np.ones((4, 4))), r"\(H, W, 3\)"),
-        (lambda p: heatlens.open([["a"]], np.ones((1, 1))), "cannot be read as numbers"),
+        (
+            lambda p: heatlens.open([["a"]], np.ones((1, 1))),
+            "cannot be read as one array of numbers",
+        ),
         (
             lambda p: heatlens.open(np.ones((4, 4, 3)), np.ones((4, 4))).render(f_stop=2),
             "no focal length and focus distance; give them with focal_length_mm and focus_dist",

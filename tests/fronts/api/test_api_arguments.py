@@ -203,7 +203,7 @@ def test_render_accepts_numpy_numbers():
         (COLORS, np.ma.masked_greater(DEPTH_M, 2), r"depth_m cannot have masked.*numpy\.inf"),
         (COLORS.astype(object), DEPTH_M, "the dtype is object"),
         (COLORS * np.float64(1e300), DEPTH_M, "NaN or infinity"),
-        ([[[0.5, 0.5, 0.5], [0.5]]], DEPTH_M, "cannot be read as numbers"),
+        ([[[0.5, 0.5, 0.5], [0.5]]], DEPTH_M, "cannot be read as one array of numbers"),
     ],
 )
 def test_open_rejects_arrays_of_unsuitable_type(colors, depth, words):

@@ -170,7 +170,7 @@ def test_shot_new_replaces_existing_shot_only_with_overwrite(capsys, folder):
         ((*LENS, "--key", "focus@1=3:smoth"), "paths are hold, linear, smooth, bezier"),
         ((*LENS, "--key", "focus@1=near"), "'near' is not a distance"),
         ((*LENS, "--key", "focus@1=0.02"), "beyond the focal length of 50 mm, got 0.02 m"),
-        ((*LENS, *PULL, "--key", "focus@1001=2"), "There are two keys at frame 1001."),
+        ((*LENS, *PULL, "--key", "focus@1001=2"), "There are two keys at frame 1001: keep one."),
         (
             (*LENS, *PULL, "--key", "f-stop@1001=nan"),
             "f-stop must be between 0.001 and 1,000,000, got nan",
@@ -178,7 +178,7 @@ def test_shot_new_replaces_existing_shot_only_with_overwrite(capsys, folder):
         ((*LENS, *PULL, "--key", "squeeze@5=3"), "squeeze must be 1 to 2"),
         ((*LENS, *PULL, "--mark", "A"), "--mark takes NAME=DISTANCE or NAME@X,Y; got 'A'"),
         ((*LENS, *PULL, "--mark", "A@5"), "--mark takes a pixel as NAME@X,Y, got 'A@5'"),
-        ((*LENS, *PULL, "--mark", "A=1", "--mark", "A=2"), "Two marks are called A."),
+        ((*LENS, *PULL, "--mark", "A=1", "--mark", "A=2"), "Two marks are called A: rename one."),
         ((*LENS, *PULL, "--frames", "1100-1001"), "run backwards"),
         ((*LENS, *PULL, "--fps", "0"), "Frames per second must be above 0"),
         ((*LENS, *PULL, "-o", "s.json"), "must end in .heatlens.json"),

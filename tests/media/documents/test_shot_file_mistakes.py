@@ -41,7 +41,7 @@ def json_with_entries(path: Path, **entries) -> str:
         ),
         (
             {"keys": {"f_stop": [{"frame": 7, "value": 2}, {"frame": 7, "value": 4}]}},
-            "keys.f_stop: There are two keys at frame 7.",
+            "keys.f_stop: There are two keys at frame 7: keep one.",
         ),
         ({"keys": {"f_stop": [{"frame": 1, "value": "inf"}]}}, "keys.f_stop: A key cannot have"),
         (
@@ -72,7 +72,7 @@ def json_with_entries(path: Path, **entries) -> str:
         ({"defocus": {"layers": 99}}, "defocus: Layers must be 1 to 7, got 99."),
         ({"marks": [{"name": "A"}]}, "marks[0]: the entry 'x_px' is missing"),
         ({"marks": ["A"]}, 'marks[0]: "A" should be an object in braces'),
-        ({"marks": [{"name": "A", "distance_m": 1}] * 2}, "Two marks are called A."),
+        ({"marks": [{"name": "A", "distance_m": 1}] * 2}, "Two marks are called A: rename one."),
         ({"heatlens_shot": 2}, "heatlens_shot: version 2 is not known here, only 1"),
         ({"heatlens_shot": "1"}, 'heatlens_shot: "1" should be a number'),
         ({"lense": {}}, "unknown entry 'lense'; did you mean 'lens'?"),

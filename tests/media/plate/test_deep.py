@@ -153,7 +153,7 @@ def test_read_plate_rejects_truncated_deep_file(tmp_path, part):
         (PlateOptions(depth_kind="radial"), "--depth-kind"),
         (PlateOptions(depth_source="z.exr"), "--depth, --depth-channel"),
         (PlateOptions(depth_channel="Z"), "--depth-channel"),
-        (PlateOptions(color_layer="sub"), "no R, G, B, A and Z in the layer 'sub'"),
+        (PlateOptions(color_layer="sub"), "lacks some of R, G, B, A and Z in the layer 'sub'"),
     ],
 )
 def test_read_plate_rejects_options_that_deep_files_cannot_follow(tmp_path, options, message_part):

@@ -246,7 +246,9 @@ def _check_frames(args: argparse.Namespace, camera: CameraSamples) -> None:
 def _refuse_shot_options(args: argparse.Namespace) -> None:
     """Refuse options of a shot for a camera file, and an output that is the camera file."""
     if args.sensor_height is not None:
-        raise InputError(f"--sensor-height is for shots; {args.source} is already a camera.")
+        raise InputError(
+            f"--sensor-height is for shots, and {args.source} is already a camera: leave it out."
+        )
     if args.output is not None and args.output.exists() and os.path.exists(args.source):
         if os.path.samefile(args.output, args.source):
             raise InputError(f"{args.output} is the input camera: give another name.")

@@ -83,7 +83,9 @@ def read_camera(
     if (table := _find_shoot_table(text, path)) is not None:
         return read_shoot_table(*table, focus_unit_m)
     if focus_unit_m is not None:
-        raise InputError(f"{text} is not a shoot table, so --table-unit does not apply.")
+        raise InputError(
+            f"{text} is not the table of a shoot, which --table-unit is for: leave it out."
+        )
     camera = _read_by_suffix(text, path, scene_unit_m, up_axis)
     if camera.aperture_image is None:
         return camera

@@ -63,7 +63,7 @@ def _convert_to_array(label: str, values: ArrayLike | None) -> NDArray[np.generi
     try:
         return np.asanyarray(values)
     except Exception as error:  # other libraries convert their own arrays, and may raise anything
-        raise InputError(f"{label} cannot be read as numbers: {error}.") from error
+        raise InputError(f"{label} cannot be read as one array of numbers ({error}).") from error
 
 
 def _check_colors(colors: NDArray[np.generic]) -> None:

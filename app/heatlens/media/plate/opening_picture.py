@@ -62,7 +62,7 @@ def _read_cached(path: Path, stamp: tuple[int, int]) -> OpeningImage:
     if not np.isfinite(luminance).all():
         raise InputError(
             f"{path} cannot be an aperture image: some of its pixels are not finite numbers (NaN "
-            "or infinity)."
+            "or infinity). Write it again."
         )
     light = _fit_in_square(np.maximum(luminance, 0.0))
     if light_in_circle(light).max() <= 0.0:

@@ -303,7 +303,7 @@ def _load_parts(
     except Exception as error:  # trimesh raises any exception for a damaged file
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputError(
-            f"{path} is damaged or not in the format {kind.upper()} ({reason})."
+            f"{path} is damaged or not in the format {kind.upper()} ({reason}). Export it again."
         ) from error
     yield from parts
 

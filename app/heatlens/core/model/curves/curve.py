@@ -58,7 +58,7 @@ class Curve:
             self.scale.position_of(key.value)
         for key, next_key in pairwise(self.keys):
             if abs(next_key.frame - key.frame) < _FRAMES_APART:
-                raise InputError(f"There are two keys at frame {key.frame:g}.")
+                raise InputError(f"There are two keys at frame {key.frame:g}: keep one.")
             if not next_key.frame - key.frame >= _FRAMES_APART:
                 raise InputError(
                     f"Keys must be sorted by frame: {next_key.frame:g} comes after {key.frame:g}."

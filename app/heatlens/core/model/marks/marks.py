@@ -283,5 +283,5 @@ def check_marks(marks: Iterable[Mark]) -> None:
     names: set[str] = set()
     for mark in marks:
         if mark.name in names:
-            raise InputError(f"Two marks are called {mark.name}.")
+            raise InputError(f"Two marks are called {mark.name}: rename one.")
         names.add(mark.name)

@@ -40,4 +40,4 @@ def check_looks(looks: Iterable[Look]) -> None:
     names = [look.name for look in looks]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"Two looks are called {name}.")
+            raise InputError(f"Two looks are called {name}: rename one.")

@@ -153,7 +153,7 @@ class Reel:
         names: set[str] = set()
         for shot in self.shots:
             if shot.name in names:
-                raise InputError(f"Two shots of the reel are called {shot.name}.")
+                raise InputError(f"Two shots of the reel are called {shot.name}: rename one.")
             names.add(shot.name)
         for number, frames in self.gaps:
             if frames < 1 or not 0 <= number <= len(self.shots):

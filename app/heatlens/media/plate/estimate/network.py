@@ -178,7 +178,9 @@ def _open_session(path: Path) -> Any:
             str(path), options, providers=runtime.get_available_providers()
         )
     except Exception as error:  # the runtime raises errors of its own for each kind of failure
-        raise InputError(f"{path} is not a network that can be run: {one_line(error)}") from error
+        raise InputError(
+            f"{path} is not a network that can be run ({one_line(error)}). Export it as ONNX again."
+        ) from error
 
 
 def _is_impossible_shape(shape: list[object]) -> bool:

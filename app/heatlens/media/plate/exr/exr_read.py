@@ -89,8 +89,8 @@ def choose_deep_channels(
     if not any(layer is None or layer.lower() == ref.layer.lower() for ref in complete):
         layer_words = "" if layer is None else f" in the layer {layer!r}"
         raise InputError(
-            f"{path} is a deep file, and has no R, G, B, A and Z{layer_words}. "
-            f"It has {join_names(ref.full_name for ref in deep)}."
+            f"{path} is a deep file, and lacks some of R, G, B, A and Z{layer_words}. "
+            f"It has {join_names(ref.full_name for ref in deep)}: write all five."
         )
     color = choose_color(path, headers, layer, eye, complete)
     by_leaf = {ref.leaf.lower(): ref for ref in _siblings(deep, color.rgb[0])}

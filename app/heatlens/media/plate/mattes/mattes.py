@@ -207,8 +207,7 @@ def _unknown_thing_error(
     if not names:
         return UnknownThingError(
             f"{path}: {thing_name!r} is nowhere in the picture, and the Cryptomatte lists no "
-            "names: its "
-            "manifest is missing or damaged."
+            "names, since its manifest is missing or damaged: give an id, # and 8 digits."
         )
     closest = get_close_matches(thing_name, names, 1)
     hint = f"Did you mean {closest[0]}?" if closest else f"It has: {join_names(names)}."

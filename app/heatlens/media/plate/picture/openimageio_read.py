@@ -51,7 +51,9 @@ def _read_with_library(
     values = input_file.read_image(library.UNKNOWN)
     input_file.close()
     if values is None:
-        raise InputError(f"{path} is damaged or cut short ({one_line(input_file.geterror())}).")
+        raise InputError(
+            f"{path} is damaged or cut short ({one_line(input_file.geterror())}). Write it again."
+        )
     upright = _rotate_upright(
         np.asarray(values)[:, :, :4], spec.get_int_attribute("Orientation", 1)
     )

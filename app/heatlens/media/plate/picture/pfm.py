@@ -34,7 +34,8 @@ def read_pfm(path: Path) -> FloatImage:
     pixel_bytes, needed_bytes = len(data) - head.end(), 4 * width * height * count
     if pixel_bytes < needed_bytes:
         raise InputError(
-            f"{path} is cut short: {pixel_bytes} of {needed_bytes} bytes of its pixels are there."
+            f"{path} is cut short: {pixel_bytes} of {needed_bytes} bytes of its pixels are there. "
+            "Write it again."
         )
     byte_order = "<" if head[4].startswith(b"-") else ">"
     values = np.frombuffer(data, f"{byte_order}f4", needed_bytes // 4, head.end())

@@ -150,7 +150,7 @@ def convert_library_errors(path: Path) -> Iterator[None]:
         reason = one_line(error) or type(error).__name__
         raise InputError(
             f"{path} cannot be read: it is damaged, or of a kind that heatlens does not know "
-            f"({reason})."
+            f"({reason}). Convert it to PNG or EXR."
         ) from error
 
 

@@ -120,7 +120,9 @@ def _check_polygons(
 ) -> None:
     """Raise InputError if the polygons are inconsistent or a vertex is not finite."""
     if counts.size and (counts.min() < 0 or counts.sum() != len(corners)):
-        raise InputError(f"{label}: the corner counts of its polygons do not match its corners.")
+        raise InputError(
+            f"{label}: the corner counts of its polygons do not match its corners. Export it again."
+        )
     if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
         raise InputError(
             f"{label}: a polygon refers to a vertex that does not exist. Export it again."
