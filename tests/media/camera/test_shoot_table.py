@@ -186,7 +186,7 @@ def test_shot_new_rejects_unknown_table_unit(option, tmp_path, capsys):
     assert option in stderr_of_run(capsys, 2, *words, typed, "--lens-from", tmp_path / "t.csv")
     assert "--lens-from names" in stderr_of_run(capsys, 2, *words, "focus=mm")
     stderr = stderr_of_run(capsys, 2, *words, "focus=mm", "--lens-from", tmp_path / "cam.json")
-    assert "is not a shoot table" in stderr
+    assert "is not the table of a shoot" in stderr
 
 
 def test_shoot_table_notes_unknown_columns(tmp_path):
