@@ -35,10 +35,14 @@ void choose_level() {
     while (level < HIGHLIGHT_LEVELS && is_too_much(level)) ++level;
     // level is HIGHLIGHT_LEVELS if even the last list is too long; nothing is drawn then.
     level_sh = min(level, HIGHLIGHT_LEVELS - 1);
-    plan.draw = uint[4](4u, level < HIGHLIGHT_LEVELS ? plan.sprites[level_sh] : 0u, 0u, 0u);
+    plan.draw[0] = 4u;
+    plan.draw[1] = level < HIGHLIGHT_LEVELS ? plan.sprites[level_sh] : 0u;
+    plan.draw[2] = plan.draw[3] = 0u;
     plan.level = uint(level);
     bool are_all_drawn = level < HIGHLIGHT_LEVELS - 1;  // true if no block is put back into the diffusion
-    plan.restore_groups = uint[3](are_all_drawn ? 0u : restore_groups_x, are_all_drawn ? 0u : restore_groups_y, 1u);
+    plan.restore_groups[0] = are_all_drawn ? 0u : restore_groups_x;
+    plan.restore_groups[1] = are_all_drawn ? 0u : restore_groups_y;
+    plan.restore_groups[2] = 1u;
 }
 
 void main() {

@@ -3,9 +3,11 @@
 import importlib.util
 import os
 import re
+import shutil
 import subprocess
 import sys
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from email import message_from_string
 from email.message import Message
 from pathlib import Path
@@ -15,6 +17,7 @@ import pytest
 import trove_classifiers
 
 from heatlens.fronts.doctor import compiled_shaders
+from heatlens.fronts.doctor.gpu_check import pass_builds, solver_builds
 from heatlens.render.gpu.wgpu.spirv import COMPILER, PACKED
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -117,6 +120,25 @@ sys.exit(main(["render", plate, "-o", "out.png", "--gpu", "wgpu", "--proxy", "0.
     assert run.returncode == 0, run.stderr
     assert not list(tmp_path.rglob("*.spv"))
     assert (wheel.parent / "out.png").is_file()
+
+
+@pytest.mark.skipif(shutil.which("spirv-cross") is None, reason="apt-get install spirv-cross")
+def test_compiled_shaders_become_shaders_of_metal_and_of_direct3d(wheel, tmp_path) -> None:
+    """wgpu translates by naga, not by spirv-cross; this shows that a translation exists."""
+    zipfile.ZipFile(wheel.parent / "site/heatlens/shaders" / PACKED).extractall(tmp_path)
+    languages = (["--msl", "--msl-version", "20200"], ["--hlsl", "--shader-model", "60"])
+    words = [
+        ["spirv-cross", str(file), *language, "--output", os.devnull]
+        for file in tmp_path.glob("*.spv")
+        for language in languages
+    ]
+
+    def complaint_of(command: list[str]) -> str:
+        return subprocess.run(command, capture_output=True, text=True, check=False).stderr
+
+    with ThreadPoolExecutor() as pool:
+        assert set(pool.map(complaint_of, words)) == {""}
+    assert len(words) > 2 * len(solver_builds() + pass_builds())
 
 
 class Hook:

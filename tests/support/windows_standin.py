@@ -55,13 +55,14 @@ def modules_of_windows(version: str) -> dict[str, types.ModuleType]:
     """Return what the modules of Python's library are there, by name."""
     os_lacks = LACKING["os"] | (LACKING_BEFORE_3_12["os"] if version == "3.11" else frozenset())
     libraries = {"WinDLL": Kernel, "WinError": OSError, "get_last_error": lambda: 0}
+    flags = {"CREATE_NEW_PROCESS_GROUP": 0x200, "BELOW_NORMAL_PRIORITY_CLASS": 0x4000}
     signals = {"SIGBREAK": signal.SIGUSR1, "CTRL_C_EVENT": 0, "CTRL_BREAK_EVENT": signal.SIGUSR1}
     return {
         "os": Partial(os, os_lacks, name="nt"),
         "sys": Partial(sys, platform="win32"),
         "signal": Partial(signal, LACKING["signal"], **signals),
         "socket": Partial(socket, LACKING["socket"]),
-        "subprocess": Partial(subprocess, CREATE_NEW_PROCESS_GROUP=0x200, Popen=GroupPopen),
+        "subprocess": Partial(subprocess, Popen=GroupPopen, **flags),
         "platform": Partial(platform, system=lambda: "Windows"),
         "ctypes": Partial(ctypes, **libraries),
         "msvcrt": Locks(),
@@ -70,7 +71,11 @@ def modules_of_windows(version: str) -> dict[str, types.ModuleType]:
 
 def install() -> None:
     """Hand these modules to whatever heatlens imports in this process."""
-    swaps = modules_of_windows(os.environ[VERSION_VARIABLE])
+    hand_out(modules_of_windows(os.environ[VERSION_VARIABLE]), MISSING_MODULES)
+
+
+def hand_out(swaps: Mapping[str, types.ModuleType], missing: frozenset[str]) -> None:
+    """Let modules of heatlens import these in place of the real ones, and not the missing ones."""
 
     def import_there(
         name: str,
@@ -81,7 +86,7 @@ def install() -> None:
     ) -> types.ModuleType:
         importer = str((globals or {}).get("__name__", ""))
         if importer.startswith("heatlens") and level == 0:
-            if name in MISSING_MODULES:
+            if name.partition(".")[0] in missing:
                 raise ModuleNotFoundError(f"No module named {name!r}", name=name)
             if name in swaps:
                 return swaps[name]

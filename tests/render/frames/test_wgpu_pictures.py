@@ -85,6 +85,28 @@ def test_wgpu_picture_by_blades_and_squeeze_is_that_of_opengl(renderer, wgpu_ren
     assert_same_picture(*pictures)
 
 
+@pytest.fixture(scope="module")
+def renderers_of_gpus(device, session_context):
+    """Renderers of both devices, which count as GPUs: they take the ways of drawing of a GPU."""
+    with pytest.MonkeyPatch.context() as patch:
+        for one in (device, session_context):
+            patch.setattr(one, "is_software", False)
+        yield FrameRenderer(device), FrameRenderer(session_context)
+
+
+@pytest.mark.parametrize("quality", [Quality.FILM, Quality.FINAL])
+def test_picture_in_the_ways_of_a_gpu_is_that_of_opengl_on_the_processor(
+    renderer, renderers_of_gpus, quality
+):
+    shot, pictures = Shot(LENS, DefocusSettings(Bokeh.DISC, quality)), []
+    for one in (*renderers_of_gpus, renderer):
+        one.load(plate_of(*wires_and_lamps(*SIZE)))
+        pictures.append(one.pixels(shot))
+    by_wgpu, by_opengl, on_processor = pictures
+    assert_same_picture(by_wgpu, by_opengl)
+    assert differences(by_wgpu, on_processor).max() <= 1e-4  # whose solver rounds otherwise
+
+
 @pytest.mark.parametrize("method", [Method.DIFFUSION, Method.ACCUMULATION, Method.RAYTRACED])
 def test_wgpu_picture_of_scene_is_that_of_opengl(renderer, wgpu_renderer, method):
     settings = DefocusSettings(method=method, views=4)
