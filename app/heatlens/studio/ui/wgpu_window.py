@@ -51,11 +51,13 @@ class WgpuWindow(WindowGpu):
         self._surfaces = [self._surface]  # with those of second windows
         self._texture: WgTexture | None = None
         self._target: Framebuffer | None = None
+        self._is_hidden = False
 
     def begin_frame(
         self, size_px: tuple[int, int], color: tuple[float, float, float]
     ) -> Framebuffer:
-        size_px = max(1, size_px[0]), max(1, size_px[1])  # 0 while the window is minimised
+        self._is_hidden = min(size_px) < 1  # it is minimised
+        size_px = max(1, size_px[0]), max(1, size_px[1])
         if self._target is None or self._target.size != size_px:
             self._release_texture()
             self._texture = self._device.texture(size_px, 4)
@@ -66,7 +68,7 @@ class WgpuWindow(WindowGpu):
         return self._target
 
     def show_frame(self) -> None:
-        if self._texture is not None and min(glfw.get_framebuffer_size(self.handle)) > 0:
+        if self._texture is not None and not self._is_hidden:
             self._surface.show(self._texture)
 
     def second_window(

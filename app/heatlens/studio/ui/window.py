@@ -52,17 +52,16 @@ def run_window(start: Start, sharing: Sharing | None = None) -> None:
     Raise NoWindowError if none can be opened, and Stopped if Ctrl-C in the terminal closed it.
     """
     preferences = Preferences.load(preferences_dir())
-    window = open_window(preferences.values)
     try:
-        loop = Loop(window, start, preferences, sharing or Sharing(wake=wake_window))
-        with (
-            closing(WindowHandover(wake_window)) as handover,
-            StopSignals(wake_window) as stops,
-        ):
-            loop.run(stops, handover)
-        stops.raise_if_stopped()
+        with closing(open_window(preferences.values)) as window:
+            loop = Loop(window, start, preferences, sharing or Sharing(wake=wake_window))
+            with (
+                closing(WindowHandover(wake_window)) as handover,
+                StopSignals(wake_window) as stops,
+            ):
+                loop.run(stops, handover)
+            stops.raise_if_stopped()
     finally:
-        window.close()
         glfw.terminate()
 
 

@@ -76,11 +76,9 @@ class WgSurface:
 
     def release(self) -> None:
         """Give the surface back, which must happen before its window closes."""
-        if self._context is None:
-            return
-        self._recorder.submit()
-        self._context.unconfigure()
-        self._context, self._copied = None, (None, None)
+        if self._context is not None:
+            self._context.unconfigure()
+            self._context, self._copied = None, (None, None)
 
 
 def _plain_format(context: Any, adapter: Any) -> str:
