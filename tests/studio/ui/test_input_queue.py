@@ -1,5 +1,7 @@
 """Input that comes faster than frames: repeated events are merged, and no other is lost."""
 
+import runpy
+import sys
 from itertools import pairwise
 
 import glfw
@@ -10,6 +12,7 @@ from imgui_bundle import imgui
 
 from heatlens.core.model.view.view import Compare
 from heatlens.studio.board.user_keys import NAMED_KEYS
+from heatlens.studio.ui import devices
 from heatlens.studio.ui.devices import imgui_key
 from heatlens.studio.ui.input_queue import Button, Focus, InputQueue, Motion, Press, Release, Wheel
 from heatlens.studio.ui.shortcuts import KEY_NAMES, chord_of, pressed
@@ -120,6 +123,17 @@ def test_imgui_key_knows_every_key_of_a_shortcut(gui):
     assert shortcuts <= known_keys
     assert KEY_NAMES.keys() | {"?"} == set(NAMED_KEYS)
     assert {K.enter, K.keypad_enter, K.escape, K.left_alt, K.right_ctrl, K.page_up} <= known_keys
+
+
+def test_cmd_of_a_mac_is_ctrl_and_ctrl_the_logo_key(monkeypatch):
+    monkeypatch.setattr(sys, "platform", "darwin")
+    on_mac = runpy.run_path(devices.__file__)
+    mods, key = on_mac["imgui_mods"], on_mac["imgui_key"]
+    assert mods(glfw.MOD_SUPER | glfw.MOD_SHIFT) == int(K.mod_ctrl) | int(K.mod_shift)
+    assert mods(glfw.MOD_CONTROL) == int(K.mod_super)
+    assert (key(glfw.KEY_LEFT_SUPER), key(glfw.KEY_RIGHT_CONTROL)) == (K.left_ctrl, K.right_super)
+    assert key(glfw.KEY_S, "s") == K.s
+    assert on_mac["_OWN_MOD"][glfw.KEY_LEFT_SUPER] == glfw.MOD_SUPER
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,10 @@
 """The scale of the interface: panels keep their size in letters, and the scale is remembered."""
 
+import glfw
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.studio.ui.devices import units_scale
 from heatlens.studio.ui.layout import restore_layout
 from heatlens.studio.ui.status_bar import StatusBar
 
@@ -102,3 +104,18 @@ def test_restored_layout_of_another_screen_keeps_its_size_in_letters(gui):
     assert column_em(gui) == pytest.approx(width_em, rel=0.05)
     gui.ui.scale.screen_scale = 1.0
     gui.frame(3)
+
+
+@pytest.mark.parametrize(
+    ("platform", "scale"),
+    [
+        (glfw.PLATFORM_X11, 2.0),
+        (glfw.PLATFORM_WIN32, 2.0),
+        (glfw.PLATFORM_WAYLAND, 1.0),
+        (glfw.PLATFORM_COCOA, 1.0),
+    ],
+)
+def test_interface_grows_only_where_screen_units_are_pixels(monkeypatch, platform, scale):
+    monkeypatch.setattr(glfw, "get_platform", lambda: platform)
+    monkeypatch.setattr(glfw, "get_window_content_scale", lambda _: (2.0, 2.0))
+    assert units_scale(None) == scale

@@ -8,6 +8,8 @@ one millisecond, it reports the key as released.
 """
 
 import ctypes
+import re
+import sys
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -47,6 +49,16 @@ def screen_width_px(window: GlfwHandle) -> int:
     """Return the width of the monitor that contains the middle of the window; 0 without one."""
     monitor = monitor_of(window)
     return int(glfw.get_video_mode(monitor).size.width) if monitor else 0
+
+
+def units_scale(window: GlfwHandle) -> float:
+    """Return by how much the interface must grow in screen units, as the system wishes.
+
+    On macOS and Wayland the screen units themselves grow with the scale of the monitor.
+    """
+    if glfw.get_platform() in (glfw.PLATFORM_COCOA, glfw.PLATFORM_WAYLAND):
+        return 1.0
+    return float(glfw.get_window_content_scale(window)[0])
 
 
 def monitor_of(window: GlfwHandle) -> GlfwHandle:
@@ -106,15 +118,17 @@ def _x11() -> ctypes.CDLL | None:
 
 
 _K = imgui.Key
+# On a Mac, Cmd does what Ctrl does elsewhere, and Ctrl what the logo key does.
+_CTRL, _SUPER = ("SUPER", "CONTROL") if sys.platform == "darwin" else ("CONTROL", "SUPER")
 _MODS = {
-    glfw.MOD_CONTROL: _K.mod_ctrl,
+    getattr(glfw, f"MOD_{_CTRL}"): _K.mod_ctrl,
     glfw.MOD_SHIFT: _K.mod_shift,
     glfw.MOD_ALT: _K.mod_alt,
-    glfw.MOD_SUPER: _K.mod_super,
+    getattr(glfw, f"MOD_{_SUPER}"): _K.mod_super,
 }
 _OWN_MOD = {  # in its own event, a modifier may be missing when pressed, or present when released
     key: mod
-    for name, mod in zip(("CONTROL", "SHIFT", "ALT", "SUPER"), _MODS, strict=True)
+    for name, mod in zip((_CTRL, "SHIFT", "ALT", _SUPER), _MODS, strict=True)
     for key in (getattr(glfw, f"KEY_LEFT_{name}"), getattr(glfw, f"KEY_RIGHT_{name}"))
 }
 _PRINTED = range(glfw.KEY_SPACE, glfw.KEY_GRAVE_ACCENT + 1)
@@ -122,7 +136,8 @@ _PRINTED = range(glfw.KEY_SPACE, glfw.KEY_GRAVE_ACCENT + 1)
 
 def _glfw_name(name: str) -> str:
     """Return GLFW's name of a key of ImGui."""
-    name = name.lstrip("_").upper().removesuffix("_ARROW").replace("CTRL", "CONTROL")
+    name = name.lstrip("_").upper().removesuffix("_ARROW")
+    name = re.sub("CTRL|SUPER", lambda it: _CTRL if it[0] == "CTRL" else _SUPER, name)
     return f"KEY_{name.replace('KEYPAD_', 'KP_').replace('KEYPAD', 'KP_')}"
 
 

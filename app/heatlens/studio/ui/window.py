@@ -14,6 +14,7 @@ from heatlens.studio.ui.devices import (
     pad_axes,
     screen_name,
     screen_width_px,
+    units_scale,
 )
 
 import glfw  # isort: skip
@@ -91,10 +92,7 @@ class Loop:
         self._input = InputQueue(self._screen.must_wait_after)
         self._start_imgui()
         self._ui = self._screen.ui
-        self._ui.scale.screen_scale = glfw.get_window_content_scale(window)[0]
-        self._ui.scale.screen = screen_name(window)
-        self._ui.scale.screen_width_px = screen_width_px(window)
-        self._ui.scale.apply()
+        self._adapt_scale()
         restore_layout(self._ui, preferences.values.layout, preferences.values.layout_em)
         self._feed = CleanFeed(gpu)
         # Size and position before full screen.
@@ -221,11 +219,7 @@ class Loop:
     # so that the window comes back at the same place.
     def _adapt_to_monitor(self) -> None:
         """Adapt scale and full screen to the monitor; remember where a normal window was."""
-        scale = self._ui.scale
-        scale.screen_scale = glfw.get_window_content_scale(self._window)[0]
-        scale.screen = screen_name(self._window)
-        scale.screen_width_px = screen_width_px(self._window)
-        scale.apply()
+        self._adapt_scale()
         is_full = bool(glfw.get_window_monitor(self._window))
         if is_full != self._ui.is_full_screen:
             if not is_full:
@@ -234,6 +228,14 @@ class Loop:
                     glfw.get_window_pos(self._window),
                 )
             fill_screen(self._window, not is_full, *self._window_placement)
+
+    def _adapt_scale(self) -> None:
+        """Adapt the scale of the interface to the monitor that the window is on."""
+        scale = self._ui.scale
+        scale.screen_scale = units_scale(self._window)
+        scale.screen = screen_name(self._window)
+        scale.screen_width_px = screen_width_px(self._window)
+        scale.apply()
 
     def _update_title(self) -> None:
         """Set the window title to the name of the open source, once it is shown."""
@@ -277,6 +279,7 @@ class Loop:
         """Configure ImGui, and connect it to the window and to what draws it."""
         io = imgui.get_io()
         io.config_flags |= imgui.ConfigFlags_.docking_enable
+        io.config_mac_osx_behaviors = False  # our input exchanges Cmd and Ctrl already
         io.set_ini_filename("")
         self._watch_events()
         self._imgui = imgui_drawing(self._gpu.device)
