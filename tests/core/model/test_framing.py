@@ -222,7 +222,7 @@ def test_read_shot_keeps_demo_source_and_resolves_moved_scene(tmp_path):
         ),
         (
             '{"track": {"keys": [{"frame": 1, "pose": {"position_m": ["inf", 0, 0]}}]}}',
-            r"keys\[0\].pose: A camera stands at most",
+            r"keys\[0\].pose: A camera stands at a finite place",
         ),
         ('{"track": 3}', "framing.track: 3 should be an object"),
         ('{"hight_px": 3}', "did you mean 'height_px'"),

@@ -264,7 +264,7 @@ def test_exact_rate_returns_broadcast_fractions(typed_rate, rate):
 def test_ffmpeg_error_becomes_input_error_with_file_name():
     """An error of FFmpeg becomes an `InputError` whose message names the file."""
     with (
-        pytest.raises(InputError, match=r"m\.mov could not be written: Generic error"),
+        pytest.raises(InputError, match=r"m\.mov could not be written as a movie \(Generic error"),
         movies._ffmpeg_errors_as_input_errors(movies.Path("m.mov"), av),
     ):
         raise av.error.ExternalError(542398533, "Generic error")

@@ -77,7 +77,7 @@ def test_render_without_opencolorio_refuses_config_views(capsys, plate, tmp_path
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (("--view", "Nix"), "'Nix' is not among"),
+        (("--view", "Nix"), "'Nix' is not known"),
         (("--ocio", "nowhere.ocio"), "nowhere.ocio"),
         (("--exposure", "40"), "within 30 stops, got 40"),
         (("--gamma", "0"), "gamma must be within"),

@@ -146,8 +146,13 @@ def test_load_color_config_without_library_names_package_to_install(monkeypatch)
 @pytest.mark.parametrize(
     ("display", "view", "space", "words"),
     [
-        ("Wall", "Dim", "plain", "display 'Wall' is not among Screen"),
-        ("Screen", "Bright", "plain", "view of Screen 'Bright' is not among Dim, Table, Broken"),
+        ("Wall", "Dim", "plain", "display 'Wall' is not known; there are: Screen"),
+        (
+            "Screen",
+            "Bright",
+            "plain",
+            "view of Screen 'Bright' is not known; there are: Dim, Table, Broken",
+        ),
         ("Screen", "Dim", "ACEScg", "ACEScg"),
         ("Screen", "Broken", "plain", "nowhere"),
         ("Screen", "Table", "plain", r"table\.cube"),

@@ -227,4 +227,7 @@ def _ffmpeg_errors_as_input_errors(path: Path, library: ModuleType) -> Iterator[
     try:
         yield
     except library.error.FFmpegError as error:
-        raise InputError(f"{path} could not be written: {error.strerror or error}.") from error
+        raise InputError(
+            f"{path} could not be written as a movie ({error.strerror or error}): export frames, "
+            "or another kind of movie."
+        ) from error

@@ -307,7 +307,7 @@ def _frames(path: Path, rows: Sequence[Row], first_frame: int | None) -> tuple[i
     try:
         frames = [int(row[column].strip()) for row in rows]
     except ValueError:
-        raise InputError(f"{path}: the column {column!r} should hold whole numbers.") from None
+        raise InputError(f"The column {column!r} should hold whole numbers.") from None
     shift = 0 if first_frame is None else first_frame - frames[0]
     return tuple(frame + shift for frame in frames)
 

@@ -189,10 +189,12 @@ def _read_config(address: str, source: str) -> object:
         raise InputError(f"{source} is not a usable OpenColorIO config: it is damaged.") from error
     except (library.Exception, library.ExceptionMissingFile) as error:
         raise InputError(
-            f"{source} is not a usable OpenColorIO config: {error_text(error)}"
+            f"{source} is not a usable OpenColorIO config ({error_text(error)}). Use another one."
         ) from error
     if not config.getDisplays():
-        raise InputError(f"{source} defines no display, so it cannot show a picture.")
+        raise InputError(
+            f"{source} defines no display, so it cannot show a picture: use another config."
+        )
     return config
 
 
@@ -220,7 +222,7 @@ def error_text(error: Exception) -> str:
 def check_known(kind: str, name: str, known_names: tuple[str, ...]) -> None:
     """Raise InputError, which lists `known_names`, unless `name` is one of them."""
     if name not in known_names:
-        raise InputError(f"{kind} {name!r} is not among {', '.join(known_names)}.")
+        raise InputError(f"{kind} {name!r} is not known; there are: {', '.join(known_names)}.")
 
 
 def default_view(config: ColorConfig, display: str, attributes: Mapping[str, object]) -> str:

@@ -98,7 +98,10 @@ class KeptSize:
         """The position in the world of a mark that does not move. Raises InputError."""
         far_m = self._distance_m(self.mark)
         if not np.isfinite(far_m):
-            raise InputError(f"{self.mark.name} is infinitely far away: its size never changes.")
+            raise InputError(
+                f"Mark {self.mark.name} is infinitely far away, so no camera can keep its size: "
+                "choose another mark."
+            )
         return pivot_of(self._track.pose_at(self.frame), far_m)
 
     def _distance_m(self, mark: Mark) -> float:

@@ -114,11 +114,13 @@ class LensKit:
                 f"The name of a kit is one word without colons and slashes, not {self.name!r}."
             )
         if not self.lenses:
-            raise InputError(f"The kit {self.name} has no lenses.")
+            raise InputError(f"The kit {self.name} has no lenses: give it at least one.")
         names = [lens.name for lens in self.lenses]
         repeated_name = next((name for name in names if names.count(name) > 1), None)
         if repeated_name is not None:
-            raise InputError(f"The kit {self.name} has two lenses of {repeated_name}.")
+            raise InputError(
+                f"The kit {self.name} has {repeated_name} twice: keep one, or give them names."
+            )
 
     def nearest(self, focal_length_mm: float) -> KitLens:
         """Return the lens whose length has the smallest ratio to this one."""

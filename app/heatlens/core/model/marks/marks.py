@@ -103,7 +103,10 @@ class ObjectMark(Mark):
     def __post_init__(self) -> None:
         Mark.__post_init__(self)
         if not self.object_name:
-            raise InputError(f"Mark {self.name}: the name of the object is missing.")
+            raise InputError(
+                f"Mark {self.name}: the name of the object is missing, as in "
+                f"{self.name}=object:NAME."
+            )
 
     @classmethod
     def parse(cls, name: str, text: str) -> Self:

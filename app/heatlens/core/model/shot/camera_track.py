@@ -39,8 +39,8 @@ class Pose:
     def __post_init__(self) -> None:
         if not np.abs(self.position_m).max() <= _FAR_MOST_M:
             raise InputError(
-                f"A camera stands at most {_FAR_MOST_M:g} m from the origin, not at "
-                f"{self.position_m} m: look at the unit of its file."
+                f"A camera stands at a finite place within {_FAR_MOST_M:g} m of the origin, not "
+                f"at {self.position_m} m: export it again, and look at its unit."
             )
         length = float(np.linalg.norm(self.orientation))
         if not 1e-6 < length < 1e6:
