@@ -213,7 +213,7 @@ def read_shoot_table(
     try:
         return CameraSamples(
             name=path.name.split(".")[0],
-            frames=_frames(path, rows, first_frame),
+            frames=_frames(rows, first_frame),
             **tracks,
             frames_per_second=_frame_rate(rows[0]),
             timecodes=_timecodes(rows) if first_frame is None else None,
@@ -295,7 +295,7 @@ def _unknown_columns_note(table: ShootTable) -> str:
     )
 
 
-def _frames(path: Path, rows: Sequence[Row], first_frame: int | None) -> tuple[int, ...]:
+def _frames(rows: Sequence[Row], first_frame: int | None) -> tuple[int, ...]:
     """Return the frame of each row: from the column of frames, else counted from 0.
 
     With `first_frame` the first row is at that frame, and the others keep their distance to it.
