@@ -17,8 +17,8 @@ PAGE = Path(__file__).parents[1] / "app" / "manual" / "keys.md"
 _HEAD = """\
 # Mouse, keys and commands
 
-`F1` shows the keys in the window. `?` finds every command and setting, also by the words of the
-last column. `keys.json` in the folder of the preferences gives commands other keys.
+`F1` shows these keyboard shortcuts in the window. `?` finds every command and setting, also by the
+words of the last column. `keys.json` in the folder of the preferences gives commands other keys.
 """
 
 

@@ -107,7 +107,12 @@ def _plain(text: str) -> str:
 
 
 def _words_in(text: str) -> list[str]:
-    return re.findall(r"[a-z0-9]+", text.lower())
+    """Return the words in one spelling: colour is color, centre center, licence license."""
+    words = re.findall(r"[a-z0-9]+", text.lower().replace("grey", "gray"))
+    return [
+        re.sub(r"our(?!n)", "or", re.sub(r"tre(?=s?$)", "ter", it)).replace("enc", "ens")
+        for it in words
+    ]
 
 
 def _weight_in(passage: Passage, word: str) -> float:

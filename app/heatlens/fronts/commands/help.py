@@ -18,6 +18,7 @@ examples:
   heatlens help unit of a table
   heatlens help render
 """
+_SHOT_COMMANDS = ("shot new", "shot show", "shot sheet", "shot size")
 _MOST_HITS = 8
 _MOST_CHARACTERS = 220  # of a passage that is printed
 
@@ -35,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.words:
         build_parser(()).print_help()
         return 0
-    if args.words[0] in COMMANDS:
+    if " ".join(args.words) in (*COMMANDS, *_SHOT_COMMANDS):
         build_parser(args.words[:1]).parse_args([*args.words, "--help"])  # ends the process
     hits = best_passages(manual_passages(has_references=True), " ".join(args.words), _MOST_HITS)
     if not hits:

@@ -135,7 +135,7 @@ class DefocusSettings:
     proxy: float = option_field(
         1.0,
         "proxy",
-        f"work on a smaller picture, {PROXY_MIN:g} to 1; blur scales with it",
+        f"work on a smaller picture, {PROXY_MIN:g} to 1 of its resolution; blur scales with it",
         metavar="SCALE",
         least=PROXY_MIN,
         most=1,
