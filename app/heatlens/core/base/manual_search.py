@@ -14,8 +14,8 @@ from functools import cache, cached_property
 from heatlens.core.base.paths import manual_pages
 
 _REFERENCES = ("keys", "options")  # pages that are lists, made of the program's own records
-_NAME_WEIGHT = 3.0  # of a word in the name of an option or in bold text
-_HEADING_WEIGHT = 1.5  # of a word in a heading, which all passages under it share
+_NAME_WEIGHT = 3.0  # of a word in bold text, or in the name of the option that it is about
+_HEADING_WEIGHT = 1.5  # of a word in a heading, or in the name of another option
 _OPTION_WEIGHT = 5.0  # of the only word in the name of an option
 _FAMILIAR_LENGTH = 4  # letters that two words share if they are forms of one, such as fast, faster
 _FORM_WEIGHT = 0.5  # of a form, beside the word itself
@@ -46,10 +46,11 @@ class Passage:
     def words(self) -> dict[str, float]:
         """How much each word weighs in it."""
         title, _, sections = self.place.partition(" > ")
-        names = " ".join(re.findall(r"\*\*.+?\*\*|--[\w-]+", self.text))
-        options = re.findall(r"--([a-z]+)(?![\w-])", self.text)
+        names = " ".join(re.findall(r"\*\*.+?\*\*|^--[\w-]+", self.text))
+        options = re.findall(r"^--([a-z]+)(?![\w-])", self.text)
         weights = dict.fromkeys(_words_in(f"{title} {self.text}"), 1.0)
-        weights |= dict.fromkeys(_words_in(sections), _HEADING_WEIGHT)
+        others = " ".join([sections, *re.findall(r"--[\w-]+", self.text)])
+        weights |= dict.fromkeys(_words_in(others), _HEADING_WEIGHT)
         weights |= dict.fromkeys(_words_in(names), _NAME_WEIGHT)
         return weights | dict.fromkeys(options, _OPTION_WEIGHT)
 
@@ -95,7 +96,11 @@ def best_passages(passages: Iterable[Passage], question: str, most: int) -> Sequ
         for it, score in scores.items()
         if score
     }
-    return sorted(ranked, key=lambda it: -ranked[it])[:most]
+    # Several groups list one option with the same words, for different commands.
+    best: dict[str, Passage] = {}
+    for it in sorted(ranked, key=lambda it: -ranked[it]):
+        best.setdefault(it.text.rpartition(": ")[0] or it.text, it)
+    return list(best.values())[:most]
 
 
 def _plain(text: str) -> str:
