@@ -18,6 +18,9 @@ _BUFFER_USAGE = (
 )
 
 
+_SMALL_BYTES = 1024  # what is written without a submit: heads of lists, arguments of draws
+
+
 class WgBuffer(Buffer):
     """A buffer of wgpu, whose memory is a multiple of four bytes."""
 
@@ -39,6 +42,9 @@ class WgBuffer(Buffer):
             end = offset + len(content)
             after = self.read(4 - rest, end) if end + 4 - rest <= self.raw.size else bytes(4 - rest)
             content = memoryview(bytes(content) + after)
+        if len(content) <= _SMALL_BYTES and offset % 4 == 0:
+            self._recorder.record_write(self.raw, offset, content)
+            return
         self._recorder.submit()  # what is recorded comes before
         self._recorder.device.queue.write_buffer(self.raw, offset, content)
 

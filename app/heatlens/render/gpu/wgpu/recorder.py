@@ -77,6 +77,11 @@ class Recorder:
         self._values += values
         return place
 
+    def record_write(self, buffer: Any, offset: int, content: memoryview) -> None:
+        """Write a few bytes into a buffer, after what is recorded before."""
+        place = self.place_of(bytes(content))
+        self.encoder().copy_buffer_to_buffer(self.uniforms, place, buffer, offset, len(content))
+
     def submit(self) -> None:
         """Hand over all that is recorded."""
         if self._encoder is None:
