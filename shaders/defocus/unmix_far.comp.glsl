@@ -126,7 +126,7 @@ vec4 near_side(ivec2 at, float coc) {
         float other = coc_at(p), kind = kind_at(p);
         if (!is_in_front(other, coc) || !is_same_surface(other, nearest)) continue;
         vec4 own = imageLoad(far_img, p);
-        bool is_own = kind == NEAR_EDGE && own.a == OWN_FOUND;
+        bool is_own = kind == NEAR_EDGE && own.a >= OWN_FOUND;
         vec3 color = is_own ? own.rgb + imageLoad(near_img, p).rgb : color_at(p);
         float weight = kind == FAR_EDGE ? FAR_EDGE_WEIGHT : 1.0;
         sum += weight * vec4(color, other);

@@ -48,7 +48,7 @@ void split_near(uint word) {
     vec4 unmixed = imageLoad(far_img, at);
     // x is the mixed color of the pixel; the rounding error in near_img restores the own color in full.
     vec3 x = color_at(at), near = unmixed.rgb + imageLoad(near_img, at).rgb;
-    if (unmixed.a != OWN_FOUND) {
+    if (unmixed.a < OWN_FOUND) {
         if (abs(coc) <= SPLIT_FROM_PX) store_unsplit(at, x, coc);  // unmix_thin.comp.glsl splits others
         return;
     }
@@ -74,7 +74,8 @@ void split_near(uint word) {
     }
 #endif
     float coverage = coverage_of(x, near, far.rgb, variance, own_outline(at, coc));
-    coverage = clamp(coverage, LEAST_COVERAGE, 1.0);
+    float least = mix(LEAST_COVERAGE, LEAST_THIN_COVERAGE, unmixed.a - OWN_FOUND);
+    coverage = clamp(coverage, least, 1.0);
     // In focus the pixel keeps its mixed color, and covers in full.
     coverage = 1.0 - unmix_share(coc) * (1.0 - coverage);
     vec3 own = max((x - (1.0 - coverage) * far.rgb) / coverage, 0.0);

@@ -11,7 +11,7 @@
 //   two lists     the first has all far edge pixels, the second all near edge pixels
 //   with LISTS: fragment lists, which may know what lies behind
 // Outputs (near edge only; they hold until unmix_near.comp.glsl replaces them)
-//   out_far_img   rgb own color, a OWN_FOUND; a 0 if no color was found
+//   out_far_img   rgb own color, a OWN_FOUND, or more in hair (lib/unmix.lib.glsl); a 0 if no color was found
 //   out_near_img  rgb own color less the own color as out_far_img stores it in half floats (the rounding error)
 //   pixel list    the edge pixels without a color, which may be those of hair (unmix_thin.comp.glsl)
 
@@ -20,6 +20,7 @@
 #include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, SPLIT_FROM_PX, color_at, unmix_near, own_outline ...
 #ifdef LISTS
 #include "lib/known_behind.lib.glsl"  // find_behind, Fragment
+#include "lib/tone.lib.glsl"  // mean_of
 #endif
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
@@ -28,14 +29,32 @@ layout(rgba16f) uniform writeonly image2D out_far_img;
 layout(rgba16f) uniform writeonly image2D out_near_img;
 
 #ifdef LISTS
-// Finds the own color of a pixel from the light behind it: a wire has no unmixed pixel to take it from. Returns false
-// if that light is not known.
-bool unmix_known_behind(ivec2 at, out vec3 color) {
+// The darkest color of the same surface around a pixel.
+vec3 darkest_around(ivec2 at, float coc) {
+    vec3 darkest = color_at(at);
+    for (int i = 0; i < THIN_SIDE * THIN_SIDE; ++i) {
+        ivec2 p = inside(at + ivec2(i % THIN_SIDE, i / THIN_SIDE) - THIN_SIDE / 2);
+        vec3 color = color_at(p);
+        if (is_same_surface(coc, coc_at(p)) && mean_of(color) < mean_of(darkest)) darkest = color;
+    }
+    return darkest;
+}
+
+// Finds the own color of a pixel from the light behind it: a wire has no unmixed pixel to take it from. Returns 0 if that
+// light is not known, else OWN_FOUND, plus up to 1 where hair is in front of something much brighter. Hair may cover less
+// of the pixel than its outline tells, and the rest of the light would remain in its color.
+float unmix_known_behind(ivec2 at, out vec3 color) {
     float coc = coc_at(at), coverage = own_outline(at, coc);
     Fragment behind;
     bool is_known = find_behind(at, coc, behind);
     color = max((color_at(at) - (1.0 - coverage) * behind.color) / coverage, 0.0);
-    return is_known;
+    if (!is_known) return 0.0;
+    vec3 darkest = darkest_around(at, coc);
+    float ratio = mean_of(behind.color) / max(mean_of(darkest), 1e-3);
+    // Twice the ratios of hair before an unknown surface: wires before a bright wall, known, lost by less (FLIP .0509, .0515).
+    float thin = smoothstep(2.0 * BRIGHTER_FROM, 2.0 * BRIGHTER_FULL, ratio) * float(abs(coc) > SPLIT_FROM_PX);
+    color = mix(color, darkest, thin);
+    return OWN_FOUND + thin;
 }
 #endif
 
@@ -44,15 +63,15 @@ void find_own(uint word) {
     ivec2 at = pixel_of_word(word);
     set_center(at);
     vec3 own;
-    bool is_found = unmix_near(at, own);
+    float found = unmix_near(at, own) ? OWN_FOUND : 0.0;
 #ifdef LISTS
-    if (!is_found) is_found = unmix_known_behind(at, own);
+    if (found == 0.0) found = unmix_known_behind(at, own);
 #endif
-    if (!is_found && abs(coc_at(at)) > SPLIT_FROM_PX) list_append(at);
+    if (found == 0.0 && abs(coc_at(at)) > SPLIT_FROM_PX) list_append(at);
     own = min(own, HALF_MAX);
     // in_half: the color as a half float image stores it.
     vec3 in_half = vec3(unpackHalf2x16(packHalf2x16(own.rg)), unpackHalf2x16(packHalf2x16(own.bb)).x);
-    imageStore(out_far_img, at, vec4(in_half, is_found ? OWN_FOUND : 0.0));
+    imageStore(out_far_img, at, vec4(in_half, found));
     imageStore(out_near_img, at, vec4(own - in_half, 0.0));
 }
 

@@ -27,7 +27,6 @@ layout(rgba16f) uniform image2D far_img;
 layout(rgba16f) uniform image2D near_img;
 
 #define LEAST_SEEN 0.7           // visible share of a far surface behind hair from which it keeps its detail
-#define LEAST_THIN_COVERAGE 0.1  // least coverage of hair in a pixel whose depth was sampled on it
 
 // Splits a listed edge pixel, far or near.
 void split_thin(ivec2 at) {

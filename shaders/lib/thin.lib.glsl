@@ -7,10 +7,6 @@
 //
 // Part of unmix_thin.comp.glsl, after lib/bit_search.lib.glsl, lib/unmix.lib.glsl and lib/tone.lib.glsl.
 
-#define THIN_REACH 3          // pixels searched on each side
-#define THIN_SIDE 7           // side of the searched square, pixels
-#define BRIGHTER_FROM 4.0     // ratio of far to near light from which the pixel is unmixed here
-#define BRIGHTER_FULL 8.0     // ratio from which the confidence in it is 1
 #define DISTANCE_PRICE 0.01   // added to the price for each pixel of distance to the candidate
 #define MIXED_PRICE 0.05      // added for each nearer pixel above, below, left and right of the candidate
 #define MISSED_PRICE 0.3      // times the excess coverage, in a pixel whose depth sample missed the near surface
@@ -29,7 +25,7 @@ struct Extremes {
 };
 
 // Offset of pixel i of the searched square from its middle.
-ivec2 offset_of(int i) { return ivec2(i % THIN_SIDE, i / THIN_SIDE) - THIN_REACH; }
+ivec2 offset_of(int i) { return ivec2(i % THIN_SIDE, i / THIN_SIDE) - THIN_SIDE / 2; }
 
 // The darkest nearer pixel and the brightest other pixel around; of one pixel only, unless `is_thin`.
 Extremes extremes_around(ivec2 at, float far_coc, bool is_thin) {

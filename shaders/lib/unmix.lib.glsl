@@ -14,7 +14,13 @@
 
 #define HALF_MAX 65504.0  // colors of surfaces are stored in half floats
 #define OWN_FOUND 2.0     // alpha of a near edge pixel whose own color was found; unmix_near.comp.glsl
-                          // replaces it by the coverage
+                          // replaces it by the coverage. Up to 1 more in hair whose coverage is not that of its outline
+// Hair is narrower than two pixels, so that no pixel certainly shows it alone. It has these colors where what is behind it
+// is much brighter.
+#define THIN_SIDE 7           // side of the square that is searched for colors, pixels
+#define BRIGHTER_FROM 4.0     // ratio of far to near light from which the pixel is unmixed as hair
+#define BRIGHTER_FULL 8.0     // ratio from which the confidence in it is 1
+#define LEAST_THIN_COVERAGE 0.1  // least coverage of hair in a pixel whose depth was sampled on it
 
 // Range of |coc| over which near edges are unmixed gradually. In focus they keep their mixed color, which is right.
 #define SPLIT_FROM_PX 2.0

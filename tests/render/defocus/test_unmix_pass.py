@@ -199,6 +199,15 @@ def test_hair_before_window_keeps_its_color_and_coverage(ctx: Device) -> None:
     np.testing.assert_allclose(parts["far"][rows, 9, :3] - WINDOW, 0.0, atol=0.03)
 
 
+def test_hair_before_known_window_has_the_same_coverage_as_before_guessed_one(ctx: Device) -> None:
+    far = np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3))
+    color, coc, cover = hair_plate(far)
+    lists = lists_of_known_surface(ctx, coc < 0, far, coc=0.0)
+    parts, rows = split_fragments(ctx, color, coc, lists), slice(3, 15)
+    np.testing.assert_allclose(parts["far"][rows, 8, 3], cover[rows, 8], atol=0.03)
+    np.testing.assert_allclose(parts["far"][rows, 8, :3] - DARK, 0.0, atol=0.03)
+
+
 def test_dark_bar_behind_hair_stays_dark(ctx: Device) -> None:
     """A dark pixel beside the hair is taken as the bar, not as hair before the window."""
     far = np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3)).copy()
