@@ -1,6 +1,7 @@
 """The window drawn by wgpu is that of OpenGL, and loads none of its libraries."""
 
 import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.errors import GpuError, MissingPackageError, NoWindowError
 from heatlens.fronts.commands.main import main
-from heatlens.render.gpu.context import Gpu
+from heatlens.render.gpu.context import Gpu, chosen_gpu
 from heatlens.render.gpu.device import Device, Texture
 from heatlens.render.gpu.wgpu.wgpu_device import headless_device
 from heatlens.studio.ui import open_window, theme, window_gpu
@@ -137,7 +138,10 @@ NO_OPENGL, NO_WGPU = NoWindowError("no OpenGL"), MissingPackageError("no wgpu")
 def test_window_is_drawn_by_wgpu_where_there_is_no_opengl(monkeypatch):
     monkeypatch.setenv("HEATLENS_GPU", "auto")
     assert opened_by(monkeypatch, {}) is Gpu.OPENGL
+    assert chosen_gpu() is Gpu.AUTO
     assert opened_by(monkeypatch, {Gpu.OPENGL: NO_OPENGL}) is Gpu.WGPU
+    assert chosen_gpu() is Gpu.WGPU  # for exports and other processes of the window
+    monkeypatch.setenv("HEATLENS_GPU", "auto")
     with pytest.raises(NoWindowError, match="no OpenGL"):
         opened_by(monkeypatch, {Gpu.OPENGL: NO_OPENGL, Gpu.WGPU: NO_WGPU})
 
@@ -148,6 +152,12 @@ def test_window_is_never_drawn_by_another_library_than_the_chosen_one(monkeypatc
     with pytest.raises(GpuError, match="not this one"):
         opened_by(monkeypatch, {gpu: GpuError("not this one")})
     assert window_gpu.window_libraries() == (gpu,)
+
+
+def test_window_by_wgpu_names_the_missing_part(monkeypatch):
+    monkeypatch.setitem(sys.modules, "heatlens.studio.ui.wgpu_window", None)
+    with pytest.raises(MissingPackageError, match=r"heatlens\[wgpu\]"):
+        window_gpu.attach(Gpu.WGPU, None)
 
 
 def test_view_refuses_a_number_of_a_device_that_opengl_cannot_choose(monkeypatch, capsys):

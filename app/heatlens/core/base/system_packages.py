@@ -30,8 +30,8 @@ def opengl_advice() -> str:
         return "Install the newest driver of the graphics card, from its maker"
     if sys.platform == "darwin":
         return (
-            "OpenGL on macOS ends at 4.1: render with --gpu wgpu, or open a `heatlens serve` of "
-            "another machine in the browser"
+            "OpenGL on macOS ends at 4.1: install heatlens[wgpu], which draws with Metal, or open "
+            "a `heatlens serve` of another machine in the browser"
         )
     family = _family()
     if family is None:
@@ -41,6 +41,8 @@ def opengl_advice() -> str:
 
 def driver_advice() -> str:
     """Return what to try where the driver is too old for OpenGL 4.3, without the full stop."""
+    if sys.platform == "darwin":
+        return opengl_advice()
     if sys.platform != "linux":
         return "A newer driver of the graphics card may have it"
     return "A newer driver may have it, and LIBGL_ALWAYS_SOFTWARE=1 draws with the processor"

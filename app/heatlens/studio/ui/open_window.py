@@ -14,7 +14,7 @@ from heatlens.core.base.errors import (
 )
 from heatlens.core.base.system_packages import display_advice, driver_advice
 from heatlens.core.model.view.ui_sizes import fitted_size
-from heatlens.render.gpu.context import Gpu
+from heatlens.render.gpu.context import Gpu, choose_gpu
 from heatlens.studio.settings.preferences import PreferenceValues
 from heatlens.studio.ui.icon import icon
 from heatlens.studio.ui.window_gpu import WindowGpu, attach, hints_of, window_libraries
@@ -50,18 +50,23 @@ def open_window(preferences: PreferenceValues) -> WindowGpu:
 
 
 def new_window(size: tuple[int, int]) -> WindowGpu:
-    """Return a new hidden window, drawn by the library that was chosen, or else by the first one.
+    """Return a new hidden window, drawn by the library that was chosen, or by the first that can.
 
-    Raise NoWindowError with what the first library lacks.
+    Processes that are started later draw with wgpu if the window does. Raise NoWindowError, or
+    another GpuError, with what the first library lacks.
     """
     if not glfw.init():
         raise NoWindowError(f"No window can be opened: {_glfw_error()}. {display_advice()}.")
     reasons: list[HeatlensError] = []
     for gpu in window_libraries():
         try:
-            return _window_drawn_by(gpu, size)
+            window = _window_drawn_by(gpu, size)
         except (GpuError, MissingPackageError) as error:
             reasons.append(error)
+            continue
+        if gpu is Gpu.WGPU:
+            choose_gpu(gpu)
+        return window
     glfw.terminate()
     raise reasons[0]
 

@@ -4,12 +4,13 @@ Nothing else in `ui` knows a library: `opengl_window.py` and `wgpu_window.py` an
 """
 
 from abc import ABC, abstractmethod
+from contextlib import nullcontext
 
 from heatlens.studio.ui.devices import GlfwHandle  # imports ImGui before glfw, see `window.py`
 
 import glfw  # isort: skip
 
-from heatlens.core.base.extras import OnUse
+from heatlens.core.base.extras import OnUse, extra
 from heatlens.render.gpu.context import Gpu, chosen_gpu
 from heatlens.render.gpu.device import Device, Framebuffer, Texture
 
@@ -111,8 +112,10 @@ def hints_of(gpu: Gpu) -> dict[int, int]:
 
 
 def attach(gpu: Gpu, handle: GlfwHandle) -> WindowGpu:
-    """Let `gpu` draw a new window. Raises GpuError where it cannot."""
-    window: WindowGpu = _WINDOWS[gpu](handle)
+    """Let `gpu` draw a new window. Raises GpuError, or MissingPackageError, where it cannot."""
+    with extra("wgpu").require() if gpu is Gpu.WGPU else nullcontext():
+        window_class = _WINDOWS[gpu].target
+    window: WindowGpu = window_class(handle)
     return window
 
 
