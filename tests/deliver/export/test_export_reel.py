@@ -171,7 +171,7 @@ def test_reel_export_names_missing_media_before_writing(tmp_path, capsys):
     assert main(["info", str(path)]) == 1
 
 
-def test_reel_of_changed_edit_keeps_keys_of_existing_shots(tmp_path, plates_reel):
+def test_reel_of_changed_edit_keeps_keys_of_existing_shots(tmp_path, plates_reel, capsys):
     out, shots = tmp_path / "r.heatreel.json", tmp_path / "shots"
     words = ["-o", str(out), "--shots", str(shots), "--f-stop", "1.4", "--mark", "B=3m"]
     assert main(["reel", str(plates_reel), *words]) == 0
@@ -188,7 +188,9 @@ def test_reel_of_changed_edit_keeps_keys_of_existing_shots(tmp_path, plates_reel
     # the edit is changed: its first shot becomes longer
     longer_shot = replace(reel_before.shots[0], frames=FrameRange(1001, 1006))
     write_reel(plates_reel, replace(reel_before, shots=(longer_shot, *reel_before.shots[1:])))
+    capsys.readouterr()
     assert main(["reel", str(plates_reel), *words]) == 0
+    assert "s1.heatlens.json was there, and keeps its own lens" in capsys.readouterr().err
     assert read_shot(shot_path) == replace(shot_with_keys, in_out=longer_shot.frames)
     assert read_reel(out).shots[0].source == str(shot_path)
 

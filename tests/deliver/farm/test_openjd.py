@@ -17,6 +17,7 @@ from heatlens.deliver.farm.job import (
     FRAMES,
     FarmJob,
     MeasuredCost,
+    cost_of_run,
     Needs,
     Place,
     Step,
@@ -57,6 +58,21 @@ def openjd(*words: object) -> subprocess.CompletedProcess[str]:
 
 def arguments(template: str) -> list[str]:
     return yaml.safe_load(template)["steps"][0]["script"]["actions"]["onRun"]["args"]
+
+
+@pytest.mark.parametrize(
+    ("frame_ends_s", "start_s", "frame_s"),
+    [
+        ((4.5, 5.9, 5.95), 1.7, 1.4),  # two frames before the first report, then one more
+        ((3.0, 3.1), 0.0, 1.55),  # nothing tells the start from the frames
+        ((2.0,), 0.0, 2.0),
+    ],
+)
+def test_cost_of_run_takes_frame_between_first_two_reports(frame_ends_s, start_s, frame_s):
+    events = [(at_s, {"event": "frame"}) for at_s in frame_ends_s]
+    cost = cost_of_run([*events, (9.0, {"event": "end"})], 7)
+    assert cost.memory_bytes == 7
+    assert (cost.start_s, cost.frame_s) == pytest.approx((start_s, frame_s))
 
 
 def test_openjd_template_runs_and_gives_files_of_export(capsys, folder):

@@ -173,17 +173,18 @@ def topmost_folders(folders: Iterable[Path]) -> tuple[Path, ...]:
     return tuple(folder for folder in distinct if not distinct.keys() & set(folder.parents))
 
 
-# A farm must know before it starts how long a task takes and how much memory it needs. Two frames
-# are rendered, since the first one contains the start of the process and the builds of the driver;
-# the second gives the time of each further frame.
+# A farm must know before it starts how long a task takes and how much memory it needs. Three
+# frames are rendered, since the first one contains the start of the process and the builds of the
+# driver. A frame is reported once the next one is rendered, and the last one as soon as it is
+# written, so the time between the first two reports is that of the third frame.
 def measure_first_frames(job: FarmJob, name: str, frames: Sequence[int]) -> MeasuredCost:
-    """Render the first two of `frames` to a temporary folder; return their time and memory.
+    """Render the first three of `frames` to a temporary folder; return their time and memory.
 
     `name` is that of the output files. Raises InputError with the reason if the rendering fails.
     """
     with temporary_folder() as folder:
         words = (
-            *command_words(job.steps[0].words, frames_text(frames[:2])),
+            *command_words(job.steps[0].words, frames_text(frames[:3])),
             f"--output={folder / name}",
         )
         command = own_command(*words, "--progress=json")
@@ -195,10 +196,10 @@ def measure_first_frames(job: FarmJob, name: str, frames: Sequence[int]) -> Meas
             rows = ((time.monotonic() - start_s, event_in(row)) for row in process.stdout)
             events = [(at_s, event) for at_s, event in rows if event is not None]
             memory_bytes = wait_for_peak_bytes(process)
-    return _cost_of_run(events, memory_bytes)
+    return cost_of_run(events, memory_bytes)
 
 
-def _cost_of_run(events: Sequence[tuple[float, Event]], memory_bytes: int) -> MeasuredCost:
+def cost_of_run(events: Sequence[tuple[float, Event]], memory_bytes: int) -> MeasuredCost:
     """Return the cost of a run from its events and their times since its start.
 
     Raises InputError if the run has finished no frame, or has failed.
@@ -208,6 +209,7 @@ def _cost_of_run(events: Sequence[tuple[float, Event]], memory_bytes: int) -> Me
     if not frame_ends_s or last_event["event"] != "end":
         reason = last_event.get("message", "it was killed, as systems do when memory runs out")
         raise InputError(f"The first frame, which shows what a task needs, failed: {reason}")
-    # two frames are rendered: the time of the second one does not hold the start
-    frame_s = frame_ends_s[-1] - frame_ends_s[0] if len(frame_ends_s) > 1 else frame_ends_s[0]
-    return MeasuredCost(frame_ends_s[0], frame_s, memory_bytes)
+    if len(frame_ends_s) < 3:  # the time holds the start, which is not known by itself
+        return MeasuredCost(0.0, frame_ends_s[-1] / len(frame_ends_s), memory_bytes)
+    frame_s = frame_ends_s[1] - frame_ends_s[0]
+    return MeasuredCost(max(frame_ends_s[0] - 2 * frame_s, 0.0), frame_s, memory_bytes)

@@ -6,7 +6,9 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.reel import Reel, ReelShot
+from heatlens.fronts.commands.options.field_options import given_fields
 from heatlens.fronts.commands.options.reel_options import (
     add_media_options,
     read_given_reel,
@@ -78,6 +80,8 @@ def _write_shot_file(args: argparse.Namespace, shot: ReelShot) -> ReelShot:
     path = args.shots / f"{shot.name}{SHOT_SUFFIX}"
     if path.exists():
         _update_shot_file(path, shot)
+        if given_fields(args, Lens):
+            print_messages(f"{shot.name}: {path} was there, and keeps its own lens.")
     else:
         shot_args = argparse.Namespace(
             **{**vars(args), "plate": shot.source, "mark": [*args.mark, *shot.marks]}

@@ -104,12 +104,12 @@ def check_other_machines(args: argparse.Namespace, plan: ExportPlan) -> None:
 def _job_with_measured_cost(args: argparse.Namespace, shots: Sequence[SubmittedShot]) -> FarmJob:
     """Return the job with frames and memory for each task.
 
-    Without --chunk and --memory, two frames of the first shot are rendered to measure them.
+    Without --chunk and --memory, three frames of the first shot are rendered to measure them.
     """
     job, first_job, cost = farm_job(args, shots), shots[0].plan.job, None
     if args.chunk is None or args.memory is None:
         print_messages(
-            "rendering two frames to measure what a task needs; --chunk with --memory skips this"
+            "rendering three frames to measure what a task needs; --chunk with --memory skips this"
         )
         cost = measure_first_frames(job, first_job.output.form.text, first_job.frames)
         print_messages(

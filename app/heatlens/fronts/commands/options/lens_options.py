@@ -54,7 +54,9 @@ def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> 
     add_fields(focus, Lens, ["focus_distance_m"])
     if can_pick:
         focus.add_argument(
-            "--focus-at", metavar="X,Y", help="focus on the surface at this pixel of the picture"
+            "--focus-at",
+            metavar="X,Y",
+            help="focus on the surface at this pixel, from the top left",
         )
     add_fields(group, Lens, _OTHER_FIELDS)
     add_kit_option(group)
