@@ -17,10 +17,10 @@ from heatlens.deliver.farm.job import (
     FRAMES,
     FarmJob,
     MeasuredCost,
-    cost_of_run,
     Needs,
     Place,
     Step,
+    cost_of_run,
     group_frames,
 )
 from heatlens.deliver.farm.openjd import _yaml_lines, job_template
