@@ -278,3 +278,21 @@ def test_readout_of_a_pixel_in_focus_has_no_negative_zero(gui):
     gui.frame(2)
     words = gui.screen.status.words(gui.screen.picture.hovered_px)
     assert "blur +0.00 px" in words
+
+
+@pytest.mark.parametrize("focus_distance_m", [0.3, 0.9, 50.0])
+@pytest.mark.parametrize("share", [0.001, 0.3, 0.5, 0.999])
+def test_distance_at_the_pointer_lies_on_the_bar_beside_the_other_figures(
+    gui, focus_distance_m, share
+):
+    gui.session.editing.edit_lens(
+        replace(gui.session.facts.lens, focus_distance_m=focus_distance_m)
+    )
+    gui.frame(2)
+    x0, y0, x1, y1 = gui.rect("focus bar")
+    gui.move((x0 + share * (x1 - x0), (y0 + y1) / 2))
+    gui.frame(2)
+    left, _, right, _ = gui.rect("distance at the pointer")
+    figures_left, _, figures_right, _ = gui.rect("sharp range on the bar")
+    assert x0 - 1 <= left and right <= x1 + 1
+    assert right <= figures_left or figures_right <= left

@@ -230,17 +230,14 @@ class _Bar:
         words = self._pointer_words(x)
         width = texts.text_width(words)
         self._draw_line(x, theme.colors.text_dim)
-        x0, gap = x - width / 2, _GAP_EM * em
+        gap, end = _GAP_EM * em, self._left + self._width - width
+        x0 = min(max(x - width / 2, self._left), end)
         if occupied[0] - gap < x0 + width and x0 < occupied[2] + gap:
-            x0 = (
-                occupied[2] + 2 * gap
-                if x > (occupied[0] + occupied[2]) / 2
-                else occupied[0] - 2 * gap - width
-            )
-        if x0 < self._corner.x:
-            x0 = occupied[2] + 2 * gap
-        elif x0 + width > self._corner.x + self._size.x:
-            x0 = occupied[0] - 2 * gap - width
+            places = [occupied[0] - 2 * gap - width, occupied[2] + 2 * gap]
+            fitting = [place for place in places if self._left <= place <= end]
+            if not fitting:
+                return
+            x0 = min(fitting, key=lambda place: abs(place + width / 2 - x))
         y = self._corner.y + 0.25 * em
         self._draw.add_text(ImVec2(x0, y), theme.colors.text_dim, words)
         rects.note_at("distance at the pointer", (x0, y, x0 + width, y + em))
