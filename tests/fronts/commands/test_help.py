@@ -2,7 +2,13 @@
 
 import pytest
 
-from heatlens.core.base.manual_search import Passage, best_passages, manual_passages, passages_of
+from heatlens.core.base.manual_search import (
+    Passage,
+    best_passages,
+    manual_passages,
+    page_of,
+    passages_of,
+)
 from heatlens.fronts.commands.main import main
 
 PROBES = {
@@ -59,3 +65,8 @@ def test_passages_are_rows_items_and_paragraphs_below_their_headings():
     )
     found = [(it.place, it.text) for it in passages_of(page + "\n```\nno\n```\n")]
     assert found == [("A", "First one."), ("A > B", "c: d"), ("A > B", "e"), ("A > B", "f")]
+
+
+def test_page_of_names_the_page_of_every_passage():
+    for passage in manual_passages(has_references=True):
+        assert passage.place.startswith(page_of(passage).read_text("utf-8")[2:].partition("\n")[0])

@@ -1,5 +1,6 @@
 """Every action by menu and by key; the palette, the keys window, and opening files."""
 
+import webbrowser
 from dataclasses import replace
 from itertools import groupby
 
@@ -213,11 +214,14 @@ def test_click_in_the_palette_runs_the_action(gui):
     assert not gui.session.facts.view.depth_of_field
 
 
-def test_question_mark_opens_the_palette_that_searches_the_manual(gui):
+def test_question_mark_opens_the_palette_that_searches_the_manual(gui, monkeypatch):
+    opened = []
+    monkeypatch.setattr(webbrowser, "open", opened.append)
     gui.key(K.slash, shift=True)
     gui.frame(3)
     gui.type("hyperfocal")
-    assert "page The window" in gui.drawn
+    gui.click(gui.middle("page The window"))
+    assert [name.rpartition("/")[2] for name in opened] == ["window.md"]
     gui.key(K.escape)
     gui.frame(2)
     assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)

@@ -10,6 +10,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
+from pathlib import Path
 
 from heatlens.core.base.paths import manual_pages
 
@@ -53,6 +54,12 @@ class Passage:
         weights |= dict.fromkeys(_words_in(others), _HEADING_WEIGHT)
         weights |= dict.fromkeys(_words_in(names), _NAME_WEIGHT)
         return weights | dict.fromkeys(options, _OPTION_WEIGHT)
+
+
+def page_of(passage: Passage) -> Path:
+    """Return the page of the manual that holds a passage, by its title."""
+    title = f"# {passage.place.partition(' > ')[0]}\n"
+    return next(it for it in manual_pages() if it.read_text("utf-8").startswith(title))
 
 
 @cache

@@ -1,10 +1,11 @@
 """Draw the command palette: typed words find commands, settings and passages of the manual."""
 
+import webbrowser
 from collections.abc import Sequence
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.core.base.manual_search import Passage, best_passages, manual_passages
+from heatlens.core.base.manual_search import Passage, best_passages, manual_passages, page_of
 from heatlens.studio.board.command import Command
 from heatlens.studio.ui import rects, texts, topmost, widgets
 
@@ -96,10 +97,11 @@ class Palette:
         return best_passages(manual_passages(has_references=False), self._text, _MOST_PASSAGES)
 
     def _draw_passages(self) -> None:
-        """Draw the passages of the manual below the commands."""
+        """Draw the passages of the manual below the commands; a click opens the page of one."""
         imgui.separator_text("In the manual")
-        for passage in self._passages:
-            imgui.text_disabled(passage.place)
+        for number, passage in enumerate(self._passages):
+            if imgui.text_link(f"{passage.place}##{number}"):
+                webbrowser.open(page_of(passage).as_uri())
             rects.note(f"page {passage.place}")
             imgui.text_wrapped(passage.shortened(_MOST_CHARACTERS))
             widgets.spacer()
