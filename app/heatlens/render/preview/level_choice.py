@@ -25,10 +25,11 @@ Predict = Callable[[DefocusSettings], float]  # seconds that a picture takes
 # Hysteresis, as shares of the time budget: change to a better level if it takes less than the first
 # share, and to a cheaper level if the current one takes more than the second.
 _HYSTERESIS = 0.7, 1.3
-_LEAST_WIDTH_PX = 160  # least width of a preview
-_DIRECT_MAX_S = (
-    3.0  # time of a whole picture up to which it follows without an intermediate preview
-)
+# Least width of a preview. Of a plate of 1280x720, one of 160x90 has a FLIP of .066 to the picture
+# at rest, one of 213x120 of .056, and takes as long: lamps are drawn larger in both.
+_LEAST_WIDTH_PX = 200
+_LEAST_WIDTH_OF_VIEWS_PX = 160  # the same where each view of a scene is drawn
+_DIRECT_MAX_S = 3.0  # a whole picture that takes longer follows an intermediate preview
 _DIRECT_MAX_COARSE_S = 0.25  # the same if the plate will soon be refined
 _LEAST_SPEEDUP = 3.0  # an intermediate preview must be at least this many times faster
 Kind = tuple[Method, Bokeh, Quality, int]  # the last is the number of layers
@@ -43,12 +44,11 @@ def useful_levels(requested: DefocusSettings, size: tuple[int, int]) -> Levels:
     For a plate that is small itself, return the levels of the largest size.
     """
     levels = cheaper_levels(requested)
-    large = tuple(level for level in levels if proxy_size(size, level.proxy)[0] >= _LEAST_WIDTH_PX)
+    least = _LEAST_WIDTH_OF_VIEWS_PX if requested.method.needs_scene else _LEAST_WIDTH_PX
+    large = tuple(level for level in levels if proxy_size(size, level.proxy)[0] >= least)
     return large or tuple(level for level in levels if level.proxy == levels[0].proxy)
 
 
-# On a new machine, a pyramid is shown after 0.3 s, and the fastest level of a 1280x720 plate after
-# 3.6 s, because the driver has to build its programs.
 def first_picture_settings(requested: DefocusSettings, size: tuple[int, int]) -> DefocusSettings:
     """Return the settings of the first picture on a machine whose speed is not known yet.
 
