@@ -378,6 +378,8 @@ def test_lamps_of_wide_blur_are_drawn_as_highlights(ctx: Device) -> None:
 @pytest.mark.parametrize("disc", [WITH_CAT_EYE, WITH_AXIAL_COLOR])
 def test_block_full_of_lamps_keeps_light(ctx: Device, disc: DiscShape) -> None:
     """Each pixel of the block is a disc, so one invocation sums the light in many rounds."""
+    if ctx.library == "wgpu" and ctx.is_software and disc is WITH_AXIAL_COLOR:
+        pytest.skip("Mesa ends all loops of an invocation after 65,535 rounds, more by wgpu")
     color = dark_picture_with_lamps(
         (64, 64), {(y, x): 50.0 for y in range(24, 40) for x in range(24, 40)}
     )
