@@ -30,7 +30,7 @@ if sys.platform == "win32":
 else:
     _LOW_PRIORITY = 0  # the process lowers its own
 _FOLDER = "programs"
-_PATIENCE_S = 20.0  # for one picture; on a busy machine programs are then built here
+_PATIENCE_S = 30.0  # for one picture; on a busy machine programs are then built here
 _MOST_PROCESSES = 20  # in one session; later programs are built here
 
 
