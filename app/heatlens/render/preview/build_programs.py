@@ -22,6 +22,7 @@ from heatlens.render.source.source import Source
 
 _SMALL_SCENE = 1 / 4  # the scale at which a window draws a scene first
 # A lens that focuses nearer or farther blurs in other sizes, for which programs differ.
+_URGENT_COUNT = 2  # pictures that a window waits for: the quickest and the whole one
 _FOCUS_FACTORS, _SMALL_PROXY = (1.0, 0.4, 4.0), 1 / 4
 
 
@@ -64,7 +65,9 @@ def build_programs(request: BuildRequest) -> None:
     if not renderer.has_many_views:
         loader.load(request.source.origin(shot, frame, "hold"))
     written: set[str] = set()
-    for picture in request.pictures:
+    for number, picture in enumerate(request.pictures):
+        if number == _URGENT_COUNT:
+            lower_priority()  # once more
         renderer.load_pinhole(picture, frame, views=1)
         run_all_steps(renderer.steps(picture, frame, enlarges=picture.defocus.proxy < 1.0))
         renderer.ctx.finish()
