@@ -21,8 +21,8 @@ from heatlens.render.preview.level_choice import useful_levels
 from heatlens.render.source.source import Source
 
 _SMALL_SCENE = 1 / 4  # the scale at which a window draws a scene first
-# A lens that focuses nearer or farther blurs in other sizes, for which programs differ.
 _URGENT_COUNT = 2  # pictures that a window waits for: the quickest and the whole one
+# A lens that focuses nearer or farther blurs in other sizes, for which programs differ.
 _FOCUS_FACTORS, _SMALL_PROXY = (1.0, 0.4, 4.0), 1 / 4
 
 
