@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict
 
 from heatlens.core.base.pace import Step
+from heatlens.fronts.commands.options.device_option import add_device_option, use_device
 from heatlens.fronts.commands.output.progress_line import paced_progress
 from heatlens.fronts.commands.output.say import print_result
 from heatlens.fronts.doctor import gpu_check, machine_check, picture_check
@@ -18,7 +19,7 @@ from heatlens.render.defocus.line_solver import SOLVERS
 from heatlens.render.gpu.context import headless_context
 
 DESCRIPTION = """\
-Checks everything that heatlens depends on: packages, OpenGL and its limits, every shader, the
+Checks everything that heatlens depends on: packages, the graphics library, every shader, the
 solvers against float64, the still life against a stored picture, colours, fonts and display, and
 whether a second start finds its shaders compiled. Says how long it takes. The exit code is 1 if
 something fails. Paste the output into bug reports.
@@ -43,10 +44,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object instead of lines"
     )
+    add_device_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Run all checks and print each finding at once; return 1 if something fails."""
+    use_device(args)
     start, findings = time.perf_counter(), []
     with paced_progress(_steps()) as report_step:
         for finding in _findings(report_step):
