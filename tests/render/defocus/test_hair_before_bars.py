@@ -25,10 +25,10 @@ def wall_light(x_m: Image) -> Image:
 
 
 def hair_light(x_m: Image, y_m: Image) -> Image:
-    """Return the light (H, W) of strands of .5 to 2 pixels; nan beside them."""
+    """Return the light (H, W) of strands of .4 to 1.5 pixels; nan beside them."""
     rng, light = np.random.default_rng(4), np.full(x_m.shape, np.nan)
     for _ in range(24):
-        at_px, slope, width_px = rng.uniform(-50, 50), rng.uniform(-0.3, 0.3), rng.uniform(0.5, 2)
+        at_px, slope, width_px = rng.uniform(-50, 50), rng.uniform(-0.3, 0.3), rng.uniform(0.4, 1.5)
         middle_m = at_px / FOCAL_PX * HAIR_M + slope * y_m
         light[abs(x_m - middle_m) < width_px / 2 / FOCAL_PX * HAIR_M] = rng.uniform(0.02, 0.08)
     return light
@@ -72,9 +72,10 @@ def lens_on_wall() -> Lens:
     return Lens(focal_mm, wide_mm * WIDTH / sensor_mm / COC_PX, WALL_M, sensor_mm)
 
 
-@pytest.mark.parametrize("neighbors", [0, 2])
-def test_dark_bars_behind_hair_are_at_most_1_4_times_as_light_as_truth(renderer, neighbors):
-    frames = {number: frame_of(number) for number in (0, -2, 2, -1, 1)[: 1 + 2 * neighbors]}
+@pytest.mark.parametrize(("neighbors", "most"), [(0, 1.4), (4, 1.28)])
+def test_dark_bars_behind_hair_are_little_lighter_than_truth(renderer, neighbors, most):
+    """With four frames on either side it was 1.33 where the outline gave the coverage of hair."""
+    frames = {number: frame_of(number) for number in range(-neighbors, neighbors + 1)}
     plate: Plate = frames[0].plate
     if neighbors:
         plate = with_neighbours(frames.pop(0), list(frames.values())).plate
@@ -84,6 +85,6 @@ def test_dark_bars_behind_hair_are_at_most_1_4_times_as_light_as_truth(renderer,
     x_m = (np.arange(WIDTH) + 0.5 - WIDTH / 2) / FOCAL_PX * WALL_M
     on_bar = np.broadcast_to(wall_light(x_m) == BAR, light.shape)[INSIDE]
     truth = true_picture()
-    assert light[INSIDE][on_bar].mean() <= 1.4 * truth[INSIDE][on_bar].mean()
+    assert light[INSIDE][on_bar].mean() <= most * truth[INSIDE][on_bar].mean()
     beside_ratio = light[INSIDE][~on_bar].mean() / truth[INSIDE][~on_bar].mean()
     assert beside_ratio == pytest.approx(1.0, abs=0.05)
