@@ -29,11 +29,13 @@ layout(rgba16f) uniform writeonly image2D out_far_img;
 layout(rgba16f) uniform writeonly image2D out_near_img;
 
 #ifdef LISTS
+#define OWN_SIDE 5  // side of the square that is searched for the color of hair, pixels
+
 // The darkest color of the same surface around a pixel.
 vec3 darkest_around(ivec2 at, float coc) {
     vec3 darkest = color_at(at);
-    for (int i = 0; i < THIN_SIDE * THIN_SIDE; ++i) {
-        ivec2 p = inside(at + ivec2(i % THIN_SIDE, i / THIN_SIDE) - THIN_SIDE / 2);
+    for (int i = 0; i < OWN_SIDE * OWN_SIDE; ++i) {
+        ivec2 p = inside(at + ivec2(i % OWN_SIDE, i / OWN_SIDE) - OWN_SIDE / 2);
         vec3 color = color_at(p);
         if (is_same_surface(coc, coc_at(p)) && mean_of(color) < mean_of(darkest)) darkest = color;
     }

@@ -7,6 +7,7 @@
 //
 // Part of unmix_thin.comp.glsl, after lib/bit_search.lib.glsl, lib/unmix.lib.glsl and lib/tone.lib.glsl.
 
+#define THIN_SIDE 7           // side of the searched square, pixels
 #define DISTANCE_PRICE 0.01   // added to the price for each pixel of distance to the candidate
 #define MIXED_PRICE 0.05      // added for each nearer pixel above, below, left and right of the candidate
 #define MISSED_PRICE 0.3      // times the excess coverage, in a pixel whose depth sample missed the near surface

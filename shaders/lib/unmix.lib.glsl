@@ -17,7 +17,6 @@
                           // replaces it by the coverage. Up to 1 more in hair whose coverage is not that of its outline
 // Hair is narrower than two pixels, so that no pixel certainly shows it alone. It has these colors where what is behind it
 // is much brighter.
-#define THIN_SIDE 7           // side of the square that is searched for colors, pixels
 #define BRIGHTER_FROM 4.0     // ratio of far to near light from which the pixel is unmixed as hair
 #define BRIGHTER_FULL 8.0     // ratio from which the confidence in it is 1
 #define LEAST_THIN_COVERAGE 0.1  // least coverage of hair in a pixel whose depth was sampled on it
