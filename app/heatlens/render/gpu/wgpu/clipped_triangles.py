@@ -1,7 +1,6 @@
 """Draw lists of clipped triangles with a texture each, as interfaces are made of."""
 
 import struct
-from collections import OrderedDict
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
@@ -11,7 +10,6 @@ from heatlens.render.gpu.wgpu.framebuffers import BLENDS, WgFramebuffer, area_in
 from heatlens.render.gpu.wgpu.recorder import Recorder
 from heatlens.render.gpu.wgpu.textures import texture_of
 
-_GROUPS_KEPT = 64
 _WINDOW_BYTES = 16
 _SHADERS = """
 struct Window { scale: vec2f, shift: vec2f }
@@ -74,7 +72,7 @@ class ClippedTriangles:
             [{"binding": 0, "visibility": "FRAGMENT", "texture": {}}],
         )
         self._layouts = [device.create_bind_group_layout(entries=one) for one in layouts]
-        self._groups: OrderedDict[Any, Any] = OrderedDict()  # of textures, by their views
+        self._groups: dict[int, tuple[Any, Any]] = {}  # by handle: a view, and its bind group
         part = {"buffer": recorder.uniforms, "offset": 0, "size": _WINDOW_BYTES}
         self._window_group = device.create_bind_group(
             layout=self._layouts[0],
@@ -120,20 +118,19 @@ class ClippedTriangles:
         area, texture = area_inside(area, size), texture_of(part.texture)
         if texture is not None and min(area[2:]) > 0:
             draw.set_scissor_rect(*area)
-            draw.set_bind_group(1, self._texture_group(texture.view))
+            draw.set_bind_group(1, self._texture_group(part.texture, texture.view))
             draw.draw_indexed(part.index_count, 1, part.first_index, part.first_vertex)
 
-    def _texture_group(self, view: Any) -> Any:
-        """Return the bind group of a texture."""
-        if view not in self._groups:
+    def _texture_group(self, handle: int, view: Any) -> Any:
+        """Return the bind group of a texture; those of released textures are dropped."""
+        if handle not in self._groups or self._groups[handle][0] is not view:
+            self._groups = {it: kept for it, kept in self._groups.items() if texture_of(it)}
             entries = [{"binding": 0, "resource": view}]
-            self._groups[view] = self._recorder.device.create_bind_group(
+            group = self._recorder.device.create_bind_group(
                 layout=self._layouts[1], entries=entries
             )
-            if len(self._groups) > _GROUPS_KEPT:
-                self._groups.popitem(last=False)
-        self._groups.move_to_end(view)
-        return self._groups[view]
+            self._groups[handle] = view, group
+        return self._groups[handle][1]
 
     def _pipeline(self, format_: str) -> Any:
         """Return the pipeline that draws into textures of a format, made on first use."""
