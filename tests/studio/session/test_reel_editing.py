@@ -84,6 +84,21 @@ def test_removed_open_shot_keeps_its_edits_and_the_next_opens(session, sources):
     assert reel.reel is None and session.editing.shot.source == sources[2]
 
 
+def test_removed_shot_comes_back_to_its_place_by_the_notice(session, sources):
+    drop(session, sources)
+    editing, notices = session.files.commands.reel_editing, session.files.notices
+    editing.remove(1)
+    notice = notices.first
+    assert notice.words.startswith("Removed ") and sources_of(session) == [sources[0], sources[2]]
+    notices.answer(notice, next(it for it in notice.answers if it.words == "Put it back"))
+    assert sources_of(session) == sources and notices.first is None
+    editing.remove(2)
+    notices.answer(notices.first)
+    assert notices.first is None and sources_of(session) == sources[:2]
+    editing.move(0, 1)
+    assert editing.removed is None
+
+
 def test_moved_shot_stays_open_and_its_neighbours_follow(session, sources):
     drop(session, sources)
     session.files.commands.reel_editing.move(0, 2)

@@ -192,7 +192,10 @@ class FileControl:
             *(shared, documents, pictures.saving, pictures.references, pictures.other_shot),
             *(reel, self.exports.write_sheet, FramingImport(shared, pictures.view)),
         )
-        self.notices = Notices(shared, timeline, pictures.cluster, self.commands.reading, reel)
+        self.notices = Notices(
+            *(shared, timeline, pictures.cluster, self.commands.reading, reel),
+            self.commands.reel_editing,
+        )
         self.recent = RecentFiles(shared)
         self.start_choices = StartChoices(shared, timeline.playback, self.commands, self.recent)
         self.workers: tuple[Worker, ...] = (

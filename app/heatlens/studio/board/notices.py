@@ -10,6 +10,7 @@ from heatlens.media.sequence.sequence import MissingPolicy
 from heatlens.render.source.opened import Opened
 from heatlens.studio.session.files.open_reel import OpenReel
 from heatlens.studio.session.files.plate_reading import PlateReading
+from heatlens.studio.session.files.reel_editing import ReelEditing
 from heatlens.studio.session.playing.cluster_frames import ClusterFrames
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.timeline import Timeline
@@ -59,8 +60,10 @@ class Notices(Commands):
         cluster: ClusterFrames,
         reading: PlateReading,
         reel: OpenReel,
+        reel_editing: ReelEditing,
     ) -> None:
         super().__init__(shared)
+        self._reel_editing = reel_editing
         self._timeline, self._cluster = timeline, cluster
         self._reading, self._reel = reading, reel
         self._opened: Opened | None = None  # what the answered notices are about
@@ -84,6 +87,7 @@ class Notices(Commands):
         """Yield the notices that are true now, the most urgent first."""
         yield from self._about_stream()
         yield from self._about_media()
+        yield from self._about_removed_shot()
         if self._source.plate is not None:
             yield from self._about_depth()
             yield from self._about_frames()
@@ -108,6 +112,16 @@ class Notices(Commands):
             yield Notice(
                 f"{count} shots have no media here: {names}.",
                 (Answer("Look in another folder...", dialog="media"), Answer("Go on without")),
+            )
+
+    def _about_removed_shot(self) -> Iterator[Notice]:
+        """Yield which shot was removed from the reel, which no step of undo brings back."""
+        if self._reel_editing.removed is not None:
+            name, before = self._reel_editing.removed
+            yield Notice(
+                f"Removed {name} from the reel; its files stay.",
+                (Answer("OK"), Answer("Put it back", self._reel_editing.put_back)),
+                id(before),
             )
 
     def _about_depth(self) -> Iterator[Notice]:

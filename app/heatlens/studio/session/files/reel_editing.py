@@ -43,6 +43,7 @@ class ReelEditing(Commands, Worker):
         self._names: tuple[str, ...] = ()  # files that are being added
         self._reader: Background[_Added] = Background(self._wake)
         self._writer: Background[tuple[Path, Reel]] = Background(self._wake)
+        self._removal: tuple[str, Reel, Reel | None] | None = None  # shot, before and after
 
     def begin(self) -> bool:
         """Begin a reel with the open shot as its first; return False if nothing is open."""
@@ -74,8 +75,19 @@ class ReelEditing(Commands, Worker):
             self._reel.leave()
             return
         shots = (*reel.shots[:number], *reel.shots[number + 1 :])
-        self._notify(f"Removed {reel.shots[number].name} from the reel; its files stay.")
         self._change(reel.with_shots(shots))
+        self._removal = reel.shots[number].name, reel, self._reel.reel
+
+    @property
+    def removed(self) -> tuple[str, Reel] | None:
+        """The removed shot and the reel with it, if nothing in the reel has changed since."""
+        name, before, after = self._removal or ("", None, None)
+        return (name, before) if before is not None and after is self._reel.reel else None
+
+    def put_back(self) -> None:
+        """Give the reel back the shot that was removed last, at its place."""
+        if self.removed is not None:
+            self._change(self.removed[1])
 
     def move(self, number: int, new_number: int) -> None:
         """Move a shot to another place in the reel."""
