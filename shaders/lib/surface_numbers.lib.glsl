@@ -3,7 +3,7 @@
 //
 // With ALL_DEPTHS the views show every surface, and without it only what is behind the focus.
 
-#include "lib/part_surfaces.lib.glsl"  // coc_tx, Fragment, fragment_of
+#include "lib/part_surfaces.lib.glsl"  // coc_tx
 
 uniform uint front_first;   // number of the first pixel of the picture: the number of fragments
 

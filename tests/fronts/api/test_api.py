@@ -109,7 +109,7 @@ assert ENGINE._renderer is kept
         (lambda p: heatlens.open(np.ones((4, 4)), np.ones((4, 4))), r"\(H, W, 3\)"),
         (
             lambda p: heatlens.open([["a"]], np.ones((1, 1))),
-            "cannot be read as one array of numbers",
+            "cannot be read as",
         ),
         (
             lambda p: heatlens.open(np.ones((4, 4, 3)), np.ones((4, 4))).render(f_stop=2),

@@ -99,8 +99,8 @@ def test_render_keep_channels_places_part_by_its_window(tmp_path, capsys):
     ("words", "message_part"),
     [
         (("-o", "o.exr", "--keep-channels", "diffus"), "Did you mean diffuse?"),
-        (("-o", "o.png", "--keep-channels", "all"), "for EXR"),
-        (("-o", "o.png", "--compression", "zip"), "for EXR"),
+        (("-o", "o.png", "--keep-channels", "all"), "only an EXR holds this"),
+        (("-o", "o.png", "--compression", "zip"), "only an EXR holds this"),
         (("-o", "o.exr", "--keep-channels", "all", "--proxy", "0.5"), "leave --proxy out"),
         (("-o", "o.gif"), "must end in .exr, .png"),
     ],

@@ -75,9 +75,9 @@ def test_scene_plate_raises_error_after_being_overwritten(drawn_renderer):
     depth_before = old_plate.depth_m.copy()
     drawn_renderer.load_pinhole(replace(SHOT, lens=replace(SHOT.lens, focal_length_mm=80.0)))
     np.testing.assert_array_equal(old_plate.depth_m, depth_before)  # it was fetched in time
-    with pytest.raises(GpuError, match="overwritten"):
+    with pytest.raises(GpuError, match="in place of this picture"):
         _ = old_plate.color
-    with pytest.raises(GpuError, match="overwritten"):
+    with pytest.raises(GpuError, match="in place of this picture"):
         depth_at_m(old_plate, 1, 1)
 
 

@@ -59,7 +59,7 @@ class Passage:
 def page_of(passage: Passage) -> Path:
     """Return the page of the manual that holds a passage, by its title."""
     title = f"# {passage.place.partition(' > ')[0]}\n"
-    return next(it for it in manual_pages() if it.read_text("utf-8").startswith(title))
+    return next(page for page in manual_pages() if page.read_text("utf-8").startswith(title))
 
 
 @cache

@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.paths import read_file_bytes
 from heatlens.media.files.atomic_file import make_folder, write_atomically
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.shader_source import ShaderSource
@@ -57,7 +58,8 @@ class ProgramsFile:
     def load(self) -> None:
         """Add the digests of the file to the known programs; without a file, none are added."""
         with suppress(OSError):
-            KNOWN_PROGRAMS.digests.update(self._path.read_text("ascii", "replace").split())
+            words = read_file_bytes(self._path).decode("ascii", "replace")
+            KNOWN_PROGRAMS.digests.update(words.split())
 
     def save(self) -> None:
         """Write the digests; a folder that cannot be written to only costs time later."""
