@@ -5,6 +5,7 @@ such inputs, the SPIR-V of a program keeps them. A copy stands for a texture tha
 too, and for counts that it may write: wgpu refuses both.
 """
 
+from collections import OrderedDict
 from typing import Any
 
 import wgpu
@@ -12,6 +13,7 @@ import wgpu
 from heatlens.render.gpu.wgpu.recorder import Recorder
 
 _BYTES = 256
+_COPIES_KEPT = 8  # textures of different sizes
 _FORMATS = {"float": "rgba32float", "uint": "r32uint", "sint": "r32sint", "depth": "depth32float"}
 
 
@@ -19,7 +21,8 @@ class StandIns:
     """Textures, images and buffers that stand for others, made on first use."""
 
     def __init__(self, recorder: Recorder) -> None:
-        self._recorder, self._copies = recorder, dict[str, tuple[Any, Any, Any]]()
+        self._recorder = recorder
+        self._copies: OrderedDict[tuple[object, ...], tuple[Any, Any]] = OrderedDict()
         self._device = recorder.device
         self._views: dict[tuple[str, str, int], Any] = {}
         self._buffer: Any = None
@@ -50,14 +53,18 @@ class StandIns:
 
     def copy_of(self, name: str, texture: Any) -> Any:
         """Return a copy of what a texture contains now, for the input of this name."""
-        kind = texture.raw.size, texture.format
-        if name not in self._copies or self._copies[name][0] != kind:
+        size, format_ = texture.raw.size, texture.format
+        key = name, size, format_
+        if key not in self._copies:
             usage = wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST
-            copy = self._device.create_texture(size=kind[0], format=kind[1], usage=usage)
-            self._copies[name] = kind, copy, copy.create_view()
-        _, copy, view = self._copies[name]
+            copy = self._device.create_texture(size=size, format=format_, usage=usage)
+            self._copies[key] = copy, copy.create_view()
+            if len(self._copies) > _COPIES_KEPT:
+                self._recorder.destroy_after_use(self._copies.popitem(last=False)[1][0])
+        self._copies.move_to_end(key)
+        copy, view = self._copies[key]
         self._recorder.encoder().copy_texture_to_texture(
-            {"texture": texture.raw}, {"texture": copy}, kind[0]
+            {"texture": texture.raw}, {"texture": copy}, size
         )
         return view
 
