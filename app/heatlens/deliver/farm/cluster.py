@@ -203,7 +203,8 @@ class ClusterMaker:
 
     def _send_tasks(self, frames: Sequence[int]) -> set[Future]:
         """Send tasks for `frames`; return their futures, which enter the queue when done."""
-        frames_per_task = -(-len(frames) // (_TASKS_PER_WORKER * len(self._client.nthreads())))
+        workers = max(1, len(self._client.nthreads()))  # the last one may have left just now
+        frames_per_task = -(-len(frames) // (_TASKS_PER_WORKER * workers))
         chunk = self._chunk or min(_MOST_FRAMES_PER_TASK, max(1, frames_per_task))
         texts = [
             frames_text(frames[begin : begin + chunk]) for begin in range(0, len(frames), chunk)
