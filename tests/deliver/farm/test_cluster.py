@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from distributed.comm import CommClosedError
@@ -339,6 +340,35 @@ def test_lost_connection_to_scheduler_is_reported():
     maker = ClusterMaker(client=Lost(), work=lambda task: b"", task=task, chunk=None, report=print)
     with pytest.raises(InputError, match="The scheduler has gone"):
         list(maker([]))
+
+
+def test_tasks_are_sent_where_the_last_worker_has_just_left():
+    """The scheduler keeps the tasks for the next worker."""
+
+    class Left:
+        def __init__(self):
+            self.worker_counts, self.sent = [{"tcp://a": 1}, {}], []
+
+        def nthreads(self):
+            return self.worker_counts.pop(0)
+
+        def submit(self, _work, task, **_words):
+            self.sent.append(task.frames)
+            raise CommClosedError("the tasks are sent")
+
+        def subscribe_topic(self, *_words):
+            pass
+
+        def get_dataset(self, *_words, default):
+            return default
+
+    client = Left()
+    task = PartTask(words=(), frames="", version="", fetch=False, topic="")
+    maker = ClusterMaker(client=client, work=lambda task: b"", task=task, chunk=None, report=print)
+    frames = [SimpleNamespace(frame=frame) for frame in (1001, 1002)]
+    with pytest.raises(InputError, match="The scheduler has gone"):
+        list(maker(frames))
+    assert len(client.sent) == 1
 
 
 def test_death_of_scheduler_is_reported_and_export_can_be_resumed(

@@ -3,7 +3,6 @@
 OpenGL, files and processes are those of Linux: see `support/windows_standin.py`.
 """
 
-import json
 import signal
 import subprocess
 import sys
@@ -15,7 +14,7 @@ import numpy as np
 import pytest
 
 from support.command_line import ENVIRONMENT, picture, start_heatlens
-from support.exports import write_plate, write_shot_file
+from support.lines_elsewhere import failed_lines
 from support.windows_standin import VERSION_VARIABLE
 from support.x_server import WAIT_S, Screen, Window
 
@@ -103,34 +102,13 @@ def test_end_removes_what_a_thread_has_not_finished(tmp_path):
 
 @pytest.mark.parametrize("version", ["3.11", "3.12"])
 def test_commands_and_window_find_their_names(version, screen, tmp_path):
-    plate, shot = write_plate(tmp_path / "one.exr"), write_shot_file(tmp_path)
-    out = tmp_path / "out"
-    out.mkdir()
-    places = {"PLATE": str(plate), "SHOT": str(shot), "OUT": str(out)}
-    lines = [line for line, _ in LINES]
-    for name, path in places.items():
-        lines = [line.replace(name, path) for line in lines]
     environment = ENVIRONMENT | environment_of(version) | {"DISPLAY": screen.display}
-    run = subprocess.run(
-        [sys.executable, str(FOLDER / "run_lines.py")],
-        input=json.dumps([line.split() for line in lines]),
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert run.returncode == 0, run.stderr
-    files = " ".join(path.name for path in out.iterdir())
-    failures = {
-        line: (code, errors, output)
-        for (line, part), (code, output, errors) in zip(LINES, json.loads(run.stdout), strict=True)
-        if code != (2 if any(word in line for word in REFUSED) else 0)
-        or part not in output + errors + files
-    }
-    assert failures == {}
-    _, pixels = picture(out / "r.exr")
+    assert failed_lines(LINES, tmp_path, environment, REFUSED) == {}
+    _, pixels = picture(tmp_path / "out" / "r.exr")
     assert np.ptp(pixels) > 0.1
-    window = Window(screen, tmp_path, "view", str(plate), *QUICK, **environment_of(version))
+    window = Window(
+        screen, tmp_path, "view", str(tmp_path / "one.exr"), *QUICK, **environment_of(version)
+    )
     window.rest()
     assert len(screen.picture().getcolors(1 << 24)) > 100
     window.quit()

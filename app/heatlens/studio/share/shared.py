@@ -137,9 +137,8 @@ class SharedSession:
         """Do what a message of a page asks, if that page may turn the lens now."""
         board.check_remote(message.message)
         if board.turns_lens(message.message) and not self.hands.try_take(message.hand):
-            raise InputError(
-                f"{self.hands.holder or 'someone else'} moves the lens: wait a moment.".capitalize()
-            )
+            holder = self.hands.holder or "someone else"
+            raise InputError(f"{holder[0].upper()}{holder[1:]} moves the lens: wait a moment.")
         board.follow(message.message)
 
     def publish(self, state: Mapping[str, object], picture: Picture | None) -> None:

@@ -270,7 +270,7 @@ class OpenReel(Commands, Worker):
         """Use a reel that has been read, and open its first shot that has media."""
         self._use(loaded)
         if not self._available_numbers:
-            raise InputError(f"{loaded.path}: the pictures of all shots are missing. Use --media.")
+            raise InputError(f"{loaded.path}: all pictures are missing: give their --media folder.")
         self.number = self._available_numbers[0]
         self._open_shot(loaded.reel.shots[self.number])
 
