@@ -76,9 +76,9 @@ class PlateBlur:
         """Blur a plate with the border that other frames showed, and return the frame."""
         self.check_fits(wide.color.size)
         picture = yield from self._blur_picture(wide)
-        window, wide_window = pinhole.plate.data_window, wide.plate.data_window
+        frame = pinhole.plate.data_window.relative_to(wide.plate.data_window)
         out = self.pipeline.scratch.texture("frame of a plate", pinhole.color.size, 4)
-        self.passes.crop.run(picture, (window.x0 - wide_window.x0, window.y0 - wide_window.y0), out)
+        self.passes.crop.run(picture, frame.corner, out)
         return out
 
     def _blur_with_overscan(self, pinhole: Pinhole, overscan: Overscan) -> Steps[Texture]:

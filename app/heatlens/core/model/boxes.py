@@ -37,6 +37,16 @@ class Box:
         return self.x0, self.y0, self.x1, self.y1
 
     @property
+    def corner(self) -> tuple[int, int]:
+        """(x, y) of the first pixel."""
+        return self.x0, self.y0
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """The rows and columns of an array whose first pixel is at (0, 0)."""
+        return slice(self.y0, self.y1), slice(self.x0, self.x1)
+
+    @property
     def is_empty(self) -> bool:
         """True if there is no pixel inside."""
         return self.width <= 0 or self.height <= 0
@@ -44,6 +54,12 @@ class Box:
     def contains(self, x: float, y: float) -> bool:
         """Return True for a point inside; the first edge counts as inside, the last does not."""
         return self.x0 <= x < self.x1 and self.y0 <= y < self.y1
+
+    def relative_to(self, window: "Box") -> "Box":
+        """Return the same pixels, counted from the first pixel of `window`."""
+        return Box(
+            self.x0 - window.x0, self.y0 - window.y0, self.x1 - window.x0, self.y1 - window.y0
+        )
 
     def intersection(self, other: "Box") -> "Box":
         """Return the pixels in both; its width or height is 0 if they do not meet."""

@@ -30,8 +30,7 @@ class Picture:
 
     def crop(self, region: Box) -> FloatImage:
         """Return the pixels (H, W, 3) of a region inside the data window."""
-        x0, y0 = region.x0 - self.data_window.x0, region.y0 - self.data_window.y0
-        return self.rgb[y0 : y0 + region.height, x0 : x0 + region.width]
+        return self.rgb[region.relative_to(self.data_window).slices]
 
 
 def read_picture(path: str | os.PathLike[str]) -> Picture:

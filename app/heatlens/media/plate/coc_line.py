@@ -42,7 +42,7 @@ def focus_offset_in(plate: Plate, lens: Lens) -> FocusOffset:
     """
     display, data = plate.display_window, plate.data_window
     tilt = focus_offset_of(lens, (display.width, display.height), plate.pixel_aspect_ratio)
-    return tilt.moved((display.x0 - data.x0, display.y0 - data.y0))
+    return tilt.moved(display.relative_to(data).corner)
 
 
 def focused_at_pixel(plate: Plate, lens: Lens, x: int, y: int) -> Lens:
@@ -96,17 +96,15 @@ def area_at(x: int, y: int, data: Box, display: Box) -> Box:
     The area counts pixels from the corner of the data window. Raises InputError outside the
     picture.
     """
-    column, row = x + display.x0 - data.x0, y + display.y0 - data.y0
-    whole = Box(0, 0, data.width, data.height)
-    if not whole.contains(column, row):
+    shown = data.relative_to(display)
+    if not shown.contains(x, y):
         raise InputError(
             f"Pixel {x},{y} is outside the picture, which has pixels "
-            f"{data.x0 - display.x0},{data.y0 - display.y0} to "
-            f"{data.x1 - display.x0 - 1},{data.y1 - display.y0 - 1}."
+            f"{shown.x0},{shown.y0} to {shown.x1 - 1},{shown.y1 - 1}."
         )
     reach = _RADIUS_PX
-    square = Box(column - reach, row - reach, column + reach + 1, row + reach + 1)
-    return square.intersection(whole)
+    square = Box(x - reach, y - reach, x + reach + 1, y + reach + 1)
+    return square.intersection(shown).relative_to(shown)
 
 
 def upper_median_m(depth_m: FloatImage) -> float:
@@ -161,8 +159,8 @@ def _find_blurring_surface(
     reach = int(min(largest_radius, _REACH[1]))
     if not reach >= _REACH[0]:
         return None
-    display, data = plate.display_window, plate.data_window
-    column, row = pixel_surface.x + display.x0 - data.x0, pixel_surface.y + display.y0 - data.y0
+    data = plate.data_window.relative_to(plate.display_window)
+    column, row = pixel_surface.x - data.x0, pixel_surface.y - data.y0
     square = Box(column - reach, row - reach, column + reach + 1, row + reach + 1)
     area = square.intersection(Box(0, 0, data.width, data.height))
     depth_m = plate.pixels.depth_in(area).astype(np.float64)
@@ -185,8 +183,7 @@ def _find_blurring_surface(
     nearest = np.argmin(
         np.where(is_like, distance_px - np.where(inside > 12, 2.0 * reach, 0.0), np.inf)
     )
-    x = int(columns.flat[nearest] - display.x0 + data.x0)
-    y = int(rows.flat[nearest] - display.y0 + data.y0)
+    x, y = int(columns.flat[nearest]) + data.x0, int(rows.flat[nearest]) + data.y0
     return Surface(x, y, median_m), min(share, 1.0)
 
 

@@ -39,7 +39,7 @@ def move_to_window(
     moved: NDArray[Number] = np.full((target.height, target.width), outside, dtype=values.dtype)
     shared = source.intersection(target)
     if not shared.is_empty:
-        moved[_slices_in_window(shared, target)] = values[_slices_in_window(shared, source)]
+        moved[shared.relative_to(target).slices] = values[shared.relative_to(source).slices]
     return moved
 
 
@@ -49,12 +49,6 @@ def resize_nearest(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
     columns = ((np.arange(shape[1]) + 0.5) * values.shape[1] / shape[1]).astype(np.intp)
     resized: FloatImage = np.ascontiguousarray(values[rows[:, None], columns[None, :]])
     return resized
-
-
-def _slices_in_window(box: Box, window: Box) -> tuple[slice, slice]:
-    """Return the slices of rows and columns of `box` in an array over `window`."""
-    rows = slice(box.y0 - window.y0, box.y1 - window.y0)
-    return rows, slice(box.x0 - window.x0, box.x1 - window.x0)
 
 
 def pixel_aspect_of(path: Path, header: Header) -> tuple[float, tuple[str, ...]]:

@@ -76,7 +76,7 @@ def optics_of(
     for those of the plate. Both have the tilt of the focus subtracted, see `FocusOffsetSurvey`.
     """
     window, aspect = plate.display_window, plate.pixel_aspect_ratio
-    offset = (window.x0 - plate.data_window.x0, window.y0 - plate.data_window.y0)
+    offset = window.relative_to(plate.data_window).corner
     field = PictureField.of((window.width, window.height), aspect).moved(offset)
     disc = DiscShape(lens.aperture, aspect, field, axial_px(lens, window.width))
     if frame_bins is None:

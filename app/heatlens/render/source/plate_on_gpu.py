@@ -6,7 +6,6 @@ import numpy as np
 import numpy.typing as npt
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.boxes import Box
 from heatlens.core.model.shot.camera_track import Pose
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.shot.shot import Shot
@@ -101,9 +100,7 @@ class PlateOnGpu:
         if widest is plate:
             return wide
         if fragments is not None:  # lists of the whole serve the frame as well
-            window, wide_window = plate.data_window, widest.data_window
-            x, y = window.x0 - wide_window.x0, window.y0 - wide_window.y0
-            fragments = fragments.crop(Box(x, y, x + window.width, y + window.height))
+            fragments = fragments.crop(plate.data_window.relative_to(widest.data_window))
         frame_textures = part_textures[0][1]
         return Pinhole(
             plate,

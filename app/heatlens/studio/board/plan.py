@@ -89,12 +89,13 @@ def _sample_surfaces(plate: Plate) -> NDArray[np.float32]:
 
     x is -1 at the left edge of the display window and 1 at its right edge.
     """
-    data, display = plate.data_window, plate.display_window
+    display = plate.display_window
+    data = plate.data_window.relative_to(display)
     depth = plate.pixels.depth_in(Box(0, 0, data.width, data.height))
     rows = np.arange(0, data.height, max(data.height // _ROWS, 1))
     columns = np.arange(0, data.width, max(data.width // _COLUMNS, 1))
     distances = depth[np.ix_(rows, columns)]
-    x, y = columns + 0.5 + data.x0 - display.x0, rows[:, None] + 0.5 + data.y0 - display.y0
+    x, y = columns + 0.5 + data.x0, rows[:, None] + 0.5 + data.y0
     columns_of_points = np.broadcast_arrays(x / display.width * 2.0 - 1.0, distances, x, y)
     points = np.stack(columns_of_points, axis=-1).reshape(-1, 4).astype(np.float32)
     return np.ascontiguousarray(points[np.isfinite(points[:, 1]) & (points[:, 1] > 0)])

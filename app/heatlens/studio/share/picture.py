@@ -87,16 +87,9 @@ def crop_to_display(pixels: Pixels, data: Box, display: Box) -> Pixels:
     data_px, display_px = scaled_window(data, scale, (width, height)), scaled_window(display, scale)
     common_px = data_px.intersection(display_px)
     display_pixels = np.zeros((*display_px.shape, pixels.shape[2]), np.uint8)
-    display_pixels[_slices(common_px, display_px)] = pixels[_slices(common_px, data_px)]
+    shown = common_px.relative_to(display_px).slices
+    display_pixels[shown] = pixels[common_px.relative_to(data_px).slices]
     return display_pixels
-
-
-def _slices(box: Box, window: Box) -> tuple[slice, slice]:
-    """Return the rows and columns of `box` in an array that covers `window`."""
-    return (
-        slice(box.y0 - window.y0, box.y1 - window.y0),
-        slice(box.x0 - window.x0, box.x1 - window.x0),
-    )
 
 
 @dataclass

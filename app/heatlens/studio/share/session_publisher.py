@@ -88,9 +88,9 @@ def _picture_layers(
     picture: DisplayedPicture, scale: float, size: tuple[int, int]
 ) -> list[PlacedPicture]:
     """Return the picture, and the overlay if there is one, at their places in the target."""
-    data, display, clip = picture.data, picture.display, Box(0, 0, *size)
-    top_left = (data.x0 - display.x0) * scale, (data.y0 - display.y0) * scale
-    bottom_right = (data.x1 - display.x0) * scale, (data.y1 - display.y0) * scale
+    data, clip = picture.data.relative_to(picture.display), Box(0, 0, *size)
+    top_left = data.x0 * scale, data.y0 * scale
+    bottom_right = data.x1 * scale, data.y1 * scale
     picture.texture.sampling = Sampling.LINEAR
     if picture.detail is not None:
         picture.detail.plate.sampling = picture.detail.coarse.sampling = Sampling.LINEAR

@@ -1,11 +1,12 @@
 """Keyframes of one parameter: a value that moves over frames. Editing a curve makes a new one."""
 
 from bisect import bisect_right
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves import key_edits
 from heatlens.core.model.curves.frames import check_frame
 from heatlens.core.model.curves.interpolation import (
     Ease,
@@ -16,10 +17,8 @@ from heatlens.core.model.curves.interpolation import (
     monotone_slope,
 )
 
-# Keys closer together than this count as one: no shutter is as fast, and no pointer as exact.
-SAME_FRAME = 1e-3
 # Half of it, so that keys moved together stay apart although sums are rounded.
-_FRAMES_APART = SAME_FRAME / 2
+_FRAMES_APART = key_edits.SAME_FRAME / 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,11 +80,11 @@ class Curve:
 
     def key_at(self, frame: float) -> Key | None:
         """Return the key at a frame, or None."""
-        return next((key for key in self.keys if _is_same_frame(key.frame, frame)), None)
+        return next((key for key in self.keys if key_edits.is_same_frame(key.frame, frame)), None)
 
     def with_key(self, key: Key) -> "Curve":
         """Return the curve with a key added, or replaced at its frame."""
-        return self._merge_keys(self.keys, [key])
+        return replace(self, keys=key_edits.merge_keys(self.keys, [key]))
 
     def with_value(self, frame: float, value: float) -> "Curve":
         """Return the curve with a value at `frame`; a new key interpolates as the key before it."""
@@ -105,25 +104,21 @@ class Curve:
 
         A moved key replaces a key that is already at its new frame.
         """
-        other_keys = self.without_keys(frames).keys
-        return self._merge_keys(other_keys, _shift_keys(self._keys_at(frames), by_frames))
+        return replace(self, keys=key_edits.move_keys(self.keys, frames, by_frames))
 
     def ripple_keys(self, from_frame: float, by_frames: float) -> "Curve":
         """Return the curve with all keys from `from_frame` on moved later or earlier.
 
         Moving earlier cuts frames out, and the keys in those frames are removed.
         """
-        stay_until = from_frame + min(by_frames, 0.0)
-        early_keys = [key for key in self.keys if key.frame < stay_until]
-        late_keys = [key for key in self.keys if key.frame >= from_frame]
-        return self._merge_keys(early_keys, _shift_keys(late_keys, by_frames))
+        return replace(self, keys=key_edits.ripple_keys(self.keys, from_frame, by_frames))
 
     def paste_keys(self, keys: Collection[Key], at_frame: float) -> "Curve":
         """Return the curve with copied keys from `at_frame` on.
 
         Pasted keys replace those at their frames.
         """
-        return self._merge_keys(self.keys, _shift_keys(keys, at_frame))
+        return replace(self, keys=key_edits.paste_keys(self.keys, keys, at_frame))
 
     def convert_scale(self, scale: Scale) -> "Curve":
         """Return the same keys on another scale; the speed of the value at each key stays.
@@ -212,33 +207,9 @@ class Curve:
             self.scale.position_of(end.value) - self.scale.position_of(start.value)
         ) / frames
 
-    def _merge_keys(self, existing_keys: Iterable[Key], added_keys: Collection[Key]) -> "Curve":
-        """Return the curve with all keys in order; an added key replaces one at its frame."""
-        unchanged_keys = [
-            k
-            for k in existing_keys
-            if not any(_is_same_frame(k.frame, a.frame) for a in added_keys)
-        ]
-        return replace(self, keys=tuple(sorted([*unchanged_keys, *added_keys], key=_frame_of)))
-
-    def _keys_at(self, frames: Collection[float]) -> list[Key]:
-        return [key for key in self.keys if key.frame in frames]
-
     def _index_before(self, frame: float) -> int:
         """Return the index of the last key at or before a frame; -1 before the first."""
-        return bisect_right(self.keys, frame, key=_frame_of) - 1
-
-
-def _frame_of(key: Key) -> float:
-    return key.frame
-
-
-def _is_same_frame(frame: float, other_frame: float) -> bool:
-    return abs(frame - other_frame) < SAME_FRAME
-
-
-def _shift_keys(keys: Iterable[Key], by_frames: float) -> list[Key]:
-    return [replace(key, frame=key.frame + by_frames) for key in keys]
+        return bisect_right(self.keys, frame, key=key_edits.frame_of) - 1
 
 
 def _scale_speeds(key: Key, factor: float) -> Key:

@@ -8,8 +8,9 @@ from dataclasses import replace
 from math import ceil, floor
 from typing import NamedTuple
 
-from heatlens.core.model.curves.curve import SAME_FRAME, Curve, Key
+from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.curves.interpolation import Interpolation
+from heatlens.core.model.curves.key_edits import SAME_FRAME
 from heatlens.core.model.keys import key_rows
 from heatlens.core.model.keys.key_rows import CAMERA, ROWS, KeyedCurve, Row, key_frames
 from heatlens.core.model.shot.camera_track import PoseKey

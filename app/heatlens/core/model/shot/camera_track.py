@@ -6,14 +6,14 @@ along -z, as in glTF and USD.
 
 from bisect import bisect_right
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.curves.curve import SAME_FRAME
+from heatlens.core.model.curves import key_edits
 from heatlens.core.model.curves.frames import check_frame
 
 Vector = tuple[float, float, float]
@@ -194,40 +194,18 @@ class CameraTrack:
 
     def move_keys(self, frames: Collection[float], by_frames: float) -> "CameraTrack":
         """Return the track with the keys at these frames moved; they replace those they land on."""
-        other_keys = [key for key in self.keys if key.frame not in frames]
-        return _merge_keys(
-            other_keys, _shift_keys((k for k in self.keys if k.frame in frames), by_frames)
-        )
+        return CameraTrack(key_edits.move_keys(self.keys, frames, by_frames))
 
     def ripple_keys(self, from_frame: float, by_frames: float) -> "CameraTrack":
         """Return the track with keys from `from_frame` on moved; they replace keys in between."""
-        stay_until = from_frame + min(by_frames, 0.0)
-        early_keys = [key for key in self.keys if key.frame < stay_until]
-        return _merge_keys(
-            early_keys, _shift_keys((k for k in self.keys if k.frame >= from_frame), by_frames)
-        )
+        return CameraTrack(key_edits.ripple_keys(self.keys, from_frame, by_frames))
 
     def paste_keys(self, keys: Iterable[PoseKey], at_frame: float) -> "CameraTrack":
         """Return the track with copied keys from `at_frame` on.
 
         They replace those at their frames.
         """
-        return _merge_keys(self.keys, _shift_keys(keys, at_frame))
-
-
-def _shift_keys(keys: Iterable[PoseKey], by_frames: float) -> list[PoseKey]:
-    return [replace(key, frame=key.frame + by_frames) for key in keys]
-
-
-def _merge_keys(existing_keys: Iterable[PoseKey], added_keys: Sequence[PoseKey]) -> CameraTrack:
-    """Return a track of all keys in order; an added key replaces one at its frame."""
-    added_frames = [key.frame for key in added_keys]
-    unchanged_keys = [
-        k
-        for k in existing_keys
-        if all(abs(k.frame - frame) >= SAME_FRAME for frame in added_frames)
-    ]
-    return CameraTrack(tuple(sorted([*unchanged_keys, *added_keys], key=lambda key: key.frame)))
+        return CameraTrack(key_edits.paste_keys(self.keys, keys, at_frame))
 
 
 def _align_signs(keys: Sequence[PoseKey]) -> Array:

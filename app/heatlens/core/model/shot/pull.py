@@ -1,6 +1,6 @@
 """Moves of the focus as keys: pulls, recorded moves, followed things, and frames too close."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import Enum, StrEnum, auto
 from math import inf
@@ -149,19 +149,10 @@ def apply_recorded_focus(
     has its keys where the hand moves, and its ends ease. Raises LensError if no lens can be
     focused, InputError for infinity on a scale of meters.
     """
-    curve, (first, last) = shot.curves.focus_distance_m, (samples[0][0], samples[-1][0])
+    scale = shot.curves.focus_distance_m.scale
     moving_samples = trim_still_ends(samples, tolerance_dioptres) if by_hand else samples
-    keys = list(reduce_keys(moving_samples, tolerance_dioptres, curve.scale, by_hand))
-    other_keys_curve = curve.without_keys(
-        [key.frame for key in curve.keys if first <= key.frame <= last]
-    )
-    keys = _hold_ends(keys, first, last, other_keys_curve)
-    recorded_shot = shot.with_curve(
-        LensParameter.FOCUS_DISTANCE, other_keys_curve.paste_keys(keys, 0)
-    )
-    for frame, _ in samples:
-        recorded_shot.lens_at(frame)  # raises LensError
-    return recorded_shot
+    keys = reduce_keys(moving_samples, tolerance_dioptres, scale, by_hand)
+    return _record_keys(shot, LensParameter.FOCUS_DISTANCE, samples, keys)
 
 
 # A recording without movement is a single key, from which the lens would drift towards the next key
@@ -190,13 +181,22 @@ def apply_recorded_parameter(
     `track` is the value by frame. The keys differ from it invisibly little: by 1 % of an f-stop and
     0.2 % of a focal length. Raises LensError if there can be no such lens.
     """
-    share = parameter.facts.unseen_share
-    curve, samples = shot.curves.of(parameter), sorted(track.items())
-    first, last = samples[0][0], samples[-1][0]
-    keys = reduce_keys(samples, share / max(track.values()), curve.scale)
-    other_keys_curve = curve.without_keys(
-        [key.frame for key in curve.keys if first <= key.frame <= last]
-    )
+    samples = sorted(track.items())
+    tolerance = parameter.facts.unseen_share / max(track.values())
+    keys = reduce_keys(samples, tolerance, shot.curves.of(parameter).scale)
+    return _record_keys(shot, parameter, samples, keys)
+
+
+def _record_keys(
+    shot: Shot, parameter: LensParameter, samples: Samples, keys: Sequence[Key]
+) -> Shot:
+    """Return the shot with the keys of a recording in place of those in the range of its samples.
+
+    Raises LensError if there can be no such lens at one of the samples.
+    """
+    curve, (first, last) = shot.curves.of(parameter), (samples[0][0], samples[-1][0])
+    replaced_frames = [key.frame for key in curve.keys if first <= key.frame <= last]
+    other_keys_curve = curve.without_keys(replaced_frames)
     held_keys = _hold_ends(list(keys), first, last, other_keys_curve)
     recorded_shot = shot.with_curve(parameter, other_keys_curve.paste_keys(held_keys, 0))
     for frame, _ in samples:

@@ -105,8 +105,7 @@ def from_file(subject: Subject, truth: Picture) -> Reference:
     data = plate.data_window
     plate_picture = Picture(plate.path, plate.color[..., :3], data, plate.display_window)
     shared = shared_region(plate_picture, truth)
-    x0, y0 = shared.x0 - data.x0, shared.y0 - data.y0
-    region = Box(x0, y0, x0 + shared.width, y0 + shared.height)
+    region = shared.relative_to(data)
     return Reference(finite(truth.crop(shared)), region, truth.path.name, is_truth=True)
 
 

@@ -168,11 +168,9 @@ def _measure_found_share(canvas: Canvas, layers: Sequence[Plate], plate_window: 
     """
     if not layers:
         return 0.0
-    window = layers[0].data_window
-    rows = slice(plate_window.y0 - window.y0, plate_window.y1 - window.y0)
-    columns = slice(plate_window.x0 - window.x0, plate_window.x1 - window.x0)
-    is_searched = mask_hiding_pixels(canvas.front_m[rows, columns])
-    is_found = layers[0].color[rows, columns][::BLOCK, ::BLOCK, 3] > 0
+    inside = plate_window.relative_to(layers[0].data_window).slices
+    is_searched = mask_hiding_pixels(canvas.front_m[inside])
+    is_found = layers[0].color[inside][::BLOCK, ::BLOCK, 3] > 0
     return float(is_found[is_searched].mean()) if is_searched.any() else 0.0
 
 

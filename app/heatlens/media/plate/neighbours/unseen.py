@@ -127,7 +127,7 @@ def add_border(plate: Plate, nearest_first: Sequence[MovedFrame], border_px: int
     is_known = np.zeros(box.shape, bool)
     color[inside], is_known[inside] = plate.color, True
     depth_m[inside] = depth_of(plate)
-    corner = box.x0 - plate.display_window.x0, box.y0 - plate.display_window.y0
+    corner = box.relative_to(plate.display_window).corner
     for moved_frame in nearest_first:
         _add_outside_pixels(moved_frame, Canvas(corner, depth_m), color, is_known, border_px)
     if is_known.sum() == data.width * data.height:

@@ -46,8 +46,7 @@ class View:
     @property
     def corner(self) -> tuple[int, int]:
         """The upper left corner (x, y) of the data window, from that of the display window."""
-        data, display = self.plate.data_window, self.plate.display_window
-        return data.x0 - display.x0, data.y0 - display.y0
+        return self.plate.data_window.relative_to(self.plate.display_window).corner
 
 
 def depth_of(plate: Plate) -> FloatImage:

@@ -75,12 +75,11 @@ def white_level(plate: Plate) -> float:
 
 def crop_of(plate: Plate, box: Box, tones: Tones) -> Crop | None:
     """Return the section of a plate inside a box of display pixels; None if they do not overlap."""
-    data, display = plate.data_window, plate.display_window
-    dx, dy = data.x0 - display.x0, data.y0 - display.y0
-    overlap = box.intersection(Box(dx, dy, dx + data.width, dy + data.height))
+    data = plate.data_window.relative_to(plate.display_window)
+    overlap = box.intersection(data)
     if overlap.width <= 0 or overlap.height <= 0:
         return None
-    area = Box(overlap.x0 - dx, overlap.y0 - dy, overlap.x1 - dx, overlap.y1 - dy)
+    area = overlap.relative_to(data)
     depth_m = np.maximum(plate.pixels.depth_in(area), np.float32(1e-6))
     dioptres = np.maximum(np.reciprocal(depth_m, dtype=np.float32), _DIOPTRES_LEAST)
     image = _encode_image(plate.pixels.color_in(area)[..., :3], dioptres, tones)

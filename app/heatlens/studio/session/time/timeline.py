@@ -7,8 +7,8 @@ from typing import Literal
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.messages import Problem
-from heatlens.core.model.curves.curve import SAME_FRAME
 from heatlens.core.model.curves.frames import Ending, FrameRange
+from heatlens.core.model.curves.key_edits import SAME_FRAME
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.timecode import parse_timecode
 from heatlens.media.frame_cache.cache import FrameCache

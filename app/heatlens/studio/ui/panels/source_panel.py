@@ -140,8 +140,8 @@ def file_rows(facts: PlateFacts) -> None:
     pixels = "" if ratio == 1.0 else f", pixel aspect {ratio:g}"
     _fact_row("size", f"{display_window.width} x {display_window.height}{pixels}")
     if data_window != display_window:
-        offset = f"{data_window.x0 - display_window.x0}, {data_window.y0 - display_window.y0}"
-        _fact_row("data window", f"{data_window.width} x {data_window.height} at {offset}")
+        x, y = data_window.relative_to(display_window).corner
+        _fact_row("data window", f"{data_window.width} x {data_window.height} at {x}, {y}")
     _fact_row("alpha", "yes" if plate.has_alpha else "none")
     _fact_row("header", _camera_words(plate.camera, unit))
     _fact_row("channels", ", ".join(plate.aovs))

@@ -161,15 +161,9 @@ class SideValues:
 
 def _visible_box(pictures: Pictures, picture_view: PictureView) -> Box:
     """Return the visible pixels of the data window, relative to its corner."""
-    data, display = pictures.data_window, pictures.display_window
-    x0, y0, x1, y1 = visible_pixels(picture_view, pictures.shape)
-    offset_x, offset_y = display.x0 - data.x0, display.y0 - data.y0
-    return Box(
-        max(x0 + offset_x, 0),
-        max(y0 + offset_y, 0),
-        min(x1 + offset_x, data.width),
-        min(y1 + offset_y, data.height),
-    )
+    data = pictures.data_window.relative_to(pictures.display_window)
+    visible = Box(*visible_pixels(picture_view, pictures.shape))
+    return visible.intersection(data).relative_to(data)
 
 
 def _write_values(
@@ -184,12 +178,9 @@ def _write_values(
     draw, font = imgui.get_window_draw_list(), imgui.get_font()
     dark_ink = theme.pack_color(theme.DARK_INK)
     light_ink = theme.pack_color(theme.LIGHT_INK)
-    data = pictures.data_window
-    display = pictures.display_window
+    data = pictures.data_window.relative_to(pictures.display_window)
     per_px = picture_view.geometry.per_px
-    origin = picture_view.geometry.window_at_picture(
-        (box.x0 + data.x0 - display.x0, box.y0 + data.y0 - display.y0)
-    )
+    origin = picture_view.geometry.window_at_picture((box.x0 + data.x0, box.y0 + data.y0))
     inset = per_px[0] * 0.06, (per_px[1] - 3.0 * size) / 2
     for row, words in enumerate(texts):
         y = origin[1] + row * per_px[1] + inset[1]

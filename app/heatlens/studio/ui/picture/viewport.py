@@ -286,9 +286,9 @@ class ViewportPanel:
     ) -> None:
         """Place a texture over the data window, for `paint`."""
         self._set_filter(texture, pictures, is_nearest)
-        data, display = pictures.data_window, pictures.display_window
-        first = self._screen_point((data.x0 - display.x0, data.y0 - display.y0))
-        last = self._screen_point((data.x1 - display.x0, data.y1 - display.y0))
+        data = pictures.data_window.relative_to(pictures.display_window)
+        first = self._screen_point((data.x0, data.y0))
+        last = self._screen_point((data.x1, data.y1))
         self._placed_pictures.append(
             PlacedPicture(texture, first, last, clip, is_nearest, is_opaque, detail)
         )

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.core.model.curves.curve import SAME_FRAME
 from heatlens.core.model.curves.interpolation import Interpolation
+from heatlens.core.model.curves.key_edits import SAME_FRAME
 from heatlens.core.model.keys.key_choice import KeyId, KeySelection, key_of, move_keys
 from heatlens.core.model.keys.key_rows import CAMERA, Row, key_frames, shown_rows
 from heatlens.core.model.shot.lens_parameter import LensParameter
