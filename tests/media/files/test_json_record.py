@@ -99,6 +99,7 @@ def test_version_is_that_one_alone():
         ({"kit": 3}, "kit: version 3 is not known here, only 2; a newer heatlens may have"),
         ({"kit": 1}, "version 1 is not known here, only 2"),
         ({"shot": 2}, "this is no kit of lenses of heatlens: it has no entry 'kit'"),
+        ({"heatlens_reel": 2}, "this is a reel of heatlens: give the file of a kit of lenses"),
         ([2], "this is no kit of lenses of heatlens"),
     ):
         with pytest.raises(InputError) as error:

@@ -210,7 +210,8 @@ def reel_info(reel: Reel) -> tuple[Facts, list[Line]]:
         "missing": [shot.name for shot in reel.missing_shots],
     }
     start_text = f", from {reel.start_timecode}" if reel.start_timecode else ""
-    cut_text = f"{len(reel.shots)} shots, {reel.frames_per_second:g} frames a second{start_text}"
+    count_text = "1 shot" if len(reel.shots) == 1 else f"{len(reel.shots)} shots"
+    cut_text = f"{count_text}, {reel.frames_per_second:g} frames a second{start_text}"
     lines = [("reel", reel.name), ("cut", cut_text)]
     for shot in reel.shots:
         lines += _reel_lines(shot)

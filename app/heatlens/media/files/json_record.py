@@ -22,6 +22,7 @@ from heatlens.core.model.lens.opening_image import OpeningImage
 T = TypeVar("T")
 
 _DIGEST_BYTES = 16
+_VERSION_PREFIX = "heatlens_"  # of the entry with the version, as in "heatlens_reel"
 _WHOLE_MOST = 2**53  # whole floats below this are exact, and are written without ".0"
 
 
@@ -88,7 +89,7 @@ class JsonEntry:
         `entry` is the name of the entry that holds the version.
         """
         if not isinstance(self.value, dict) or entry not in self.value:
-            self.refuse(f"this is no {kind} of heatlens: it has no entry {entry!r}")
+            self.refuse(_other_kind_sentence(self.value, entry, kind))
         stored = JsonEntry(self.path, place=entry, value=self.value[entry])
         if stored.integer() != version:
             stored.refuse(
@@ -214,6 +215,17 @@ class JsonEntry:
         if not isinstance(self.value, str) or self.value not in choices:
             self.refuse(f"{_short_json(self.value)} should be one of {', '.join(choices)}")
         return self.value
+
+
+def _other_kind_sentence(value: object, entry: str, kind: str) -> str:
+    """Return why a file without the `entry` of its version is not a `kind` of heatlens."""
+    names = value if isinstance(value, dict) else ()
+    known = (name for name in names if name.startswith(_VERSION_PREFIX))
+    other = next(known, "").removeprefix(_VERSION_PREFIX).replace("_", " ")
+    if other:
+        article = "an" if other[0] in "aeiou" else "a"
+        return f"this is {article} {other} of heatlens: give the file of a {kind}"
+    return f"this is no {kind} of heatlens: it has no entry {entry!r}"
 
 
 def read_json(path: Path) -> JsonEntry:

@@ -53,7 +53,9 @@ class SceneCommands(SourceCommands):
     def shot(self, args: argparse.Namespace) -> Shot:
         """Return a shot with the lens of the options and of the scene's moving camera."""
         first = shot_of_scene(args, args.shot)
-        print_messages(*first.scene.notes, lens_message(args, first, first.frame))
+        given_frames = getattr(args, "frames", None)
+        frame = parse_frame_range(given_frames).first if given_frames else first.frame
+        print_messages(*first.scene.notes, lens_message(args, first, frame))
         return first.shot
 
     def new_shot(self, args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
