@@ -68,7 +68,8 @@ def exr_colors(path) -> np.ndarray:
 def test_exported_scene_frames_equal_renderer_and_are_kept(capsys, renderer, tmp_path):
     out = tmp_path / "out" / "n.####.exr"
     words = ("--frames=60-88x14", "--float", "--with-depth", "--with-coc", *WORDS)
-    export_shot(capsys, "demo", out, *words)
+    messages = export_shot(capsys, "demo", out, *words)
+    assert "lens at frame 60: " in messages
     renderer.load_scene(demo_scene())
     for frame in FRAMES:
         header, channels = exr(tmp_path / "out" / f"n.{frame:04}.exr")

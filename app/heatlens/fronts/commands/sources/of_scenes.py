@@ -26,6 +26,7 @@ from heatlens.media.camera.samples import CameraSamples
 from heatlens.media.scene.first_shot import FirstShot, first_shot
 from heatlens.media.scene.scene import Scene, SceneCamera
 from heatlens.media.scene.scene_bounds import bounds_m, object_names
+from heatlens.media.sequence.names import parse_frames
 
 if TYPE_CHECKING:
     from heatlens.render.frame_renderer import FrameRenderer  # `info` draws nothing
@@ -54,7 +55,7 @@ class SceneCommands(SourceCommands):
         """Return a shot with the lens of the options and of the scene's moving camera."""
         first = shot_of_scene(args, args.shot)
         given_frames = getattr(args, "frames", None)
-        frame = parse_frame_range(given_frames).first if given_frames else first.frame
+        frame = parse_frames(given_frames)[0] if given_frames else first.frame
         print_messages(*first.scene.notes, lens_message(args, first, frame))
         return first.shot
 
