@@ -226,9 +226,10 @@ float visible_share_at(ivec2 at, float coc) {
     return mix(1.0 - far.a, 1.0, smoothstep(SHARP_PX, BLURRED_PX, abs(near_coc)));
 }
 
-// Share of the pixel in which the sharp cutout hides the highlight.
+// Share of the pixel in which the sharp cutout hides the highlight. The condition does not begin with the uniform, which
+// lavapipe of Mesa 22 would take as a reason to build the program anew for each draw and to never free it.
 float cutout_cover(ivec2 at, float coc) {
-    if (!has_cutout || texelFetch(cutout_coc_tx, at, 0).r > coc) return 0.0;
+    if (texelFetch(cutout_coc_tx, at, 0).r > coc || !has_cutout) return 0.0;
     return texelFetch(cutout_tx, at, 0).a;
 }
 

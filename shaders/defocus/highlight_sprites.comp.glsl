@@ -152,8 +152,9 @@ Sprite merge_around(ivec2 block_corner, int side, int top) {
         merged_bits[i / 32] |= 1u << (i % 32);
         // known: position and variance of the light in its pixel, if measured; else light_offset
         // estimates the position.
-        vec3 known = has_positions ? texelFetch(positions_tx, pixel(i), 0).xyz : vec3(0.0);
-        vec2 offset = has_positions ? known.xy : light_offset(pixel(i), coc[top]);
+        bool is_known = energy[i] > 0.0 && has_positions;  // not the uniform alone: see lib/shaped_aperture.lib.glsl
+        vec3 known = is_known ? texelFetch(positions_tx, pixel(i), 0).xyz : vec3(0.0);
+        vec2 offset = is_known ? known.xy : light_offset(pixel(i), coc[top]);
         vec2 position = vec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK) + 0.5 + offset;
         light += texelFetch(highlight_tx, pixel(i), 0).rgb;
         weight += energy[i];

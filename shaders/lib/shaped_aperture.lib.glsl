@@ -37,6 +37,11 @@ uniform float aperture_axial_px;       // diameter in blue minus that in green, 
 #define ANGLES 64          // angles of the quadrature over the opening
 #define LEAST_RADIUS 1e-3  // a smaller disc is drawn round
 
+// True if the opening has blades, or a barrel. `value` is any number that differs from pixel to pixel: where a
+// condition asks for uniforms alone, lavapipe of Mesa 22 builds the program anew for each run and never frees it.
+bool has_blades(float value) { return abs(value) < 1e30 && aperture_blades > 0; }
+bool has_barrel(float value) { return abs(value) < 1e30 && aperture_barrel > 0.0; }
+
 // Shift of the barrel's circles, seen from a position in the picture: one circle shifts by it, the other by its
 // opposite.
 vec2 barrel_shift(vec2 position) {
@@ -58,7 +63,7 @@ float straightness(float half_angle) {
 vec3 past_blades(vec2 p) {
     float from_middle = max(length(p), TINY);
     vec3 distance = vec3(from_middle - 1.0, p / from_middle);
-    if (aperture_blades > 0) {
+    if (has_blades(from_middle)) {
         float half_angle = PI / float(aperture_blades);
         float sector = floor((atan(p.y, from_middle > TINY ? p.x : 1.0) - aperture_turn) / (2.0 * half_angle));
         float middle = aperture_turn + (2.0 * sector + 1.0) * half_angle;
@@ -99,13 +104,13 @@ float cover_of_color(vec2 offset, float radius, float ramp, vec2 position) {
     vec2 p = offset / (aperture_axes * radius) * vec2(1.0, -1.0);
 #ifdef IMAGED
     float inside = image_light(p, ramp / (aperture_axes * abs(radius)));
-    if (aperture_barrel > 0.0) {
+    if (has_barrel(inside)) {
         float to_barrel = to_rim(past_barrel(p, barrel_shift(position)), aperture_axes);
         inside *= within_rim(to_barrel * abs(radius), ramp);
     }
 #else
     float inside = to_rim(past_blades(p), aperture_axes);
-    if (aperture_barrel > 0.0)
+    if (has_barrel(inside))
         inside = min(inside, to_rim(past_barrel(p, barrel_shift(position)), aperture_axes));
     inside = within_rim(inside * abs(radius), ramp);
 #endif
@@ -115,7 +120,7 @@ float cover_of_color(vec2 offset, float radius, float ramp, vec2 position) {
 // Distance from the center to the edge of the blades in a direction, in radii; `angle` in radians. At a distance r in
 // this direction, the arc of `past_blades` is where curvature / 2 r^2 + linear r - constant = 0.
 float blade_radius(float angle) {
-    if (aperture_blades == 0) return 1.0;
+    if (!has_blades(angle)) return 1.0;
     float half_angle = PI / float(aperture_blades), sine = sin(half_angle), cosine = cos(half_angle);
     float straight = straightness(half_angle);
     float angle_from_middle = mod(angle - aperture_turn, 2.0 * half_angle) - half_angle;
@@ -156,11 +161,11 @@ float barrel_transmission(vec2 position, float rim) {
 float light_of_color(float radius, float ramp, vec2 position) {
     float light = radius < 0.0 ? aperture_lights.x : aperture_lights.y;
 #ifdef IMAGED  // the soft edge of an image is a mean over boxes, which keeps the light: no term for the ramp
-    if (aperture_barrel > 0.0) light *= image_transmission(barrel_shift(position), radius >= 0.0);
+    if (has_barrel(light)) light *= image_transmission(barrel_shift(position), radius >= 0.0);
     return max(radius * radius, LEAST_RADIUS * LEAST_RADIUS) * light * aperture_axes.x * aperture_axes.y;
 #else
     float rim = radius < 0.0 ? -aperture_rim : aperture_rim;
-    if (aperture_barrel > 0.0) light *= barrel_transmission(position, rim);
+    if (has_barrel(light)) light *= barrel_transmission(position, rim);
     return radius * radius * light * aperture_axes.x * aperture_axes.y + PI * ramp * ramp / 3.0;
 #endif
 }
@@ -214,7 +219,7 @@ float aperture_weight(vec2 p, vec2 position, bool is_behind) {
 #else
     float distance = past_blades(p).x;
 #endif
-    if (aperture_barrel > 0.0)
+    if (has_barrel(distance))
         distance = max(distance, past_barrel(p, barrel_shift(position)).x);
     return distance > 0.0 ? 0.0 : profile(min(dot(p, p), 1.0), is_behind ? aperture_rim : -aperture_rim);
 }
