@@ -20,6 +20,12 @@ class FakeContext:
         """Do nothing, as there is no GPU to wait for."""
 
 
+def optics_of_widest(widest_px: float) -> SimpleNamespace:
+    """Return what a choice of the first picture asks of optics whose largest disc is this wide."""
+    disc = SimpleNamespace(spreads=(1.0, 1.0))
+    return SimpleNamespace(nearest_px=-widest_px, farthest_px=0.0, disc=disc)
+
+
 class FakeRenderer:
     """A replacement of FrameRenderer that records the rendered shots and frames."""
 
@@ -41,6 +47,10 @@ class FakeRenderer:
         window = plate.data_window
         color = SimpleNamespace(size=(window.width, window.height))
         self._loaded = SimpleNamespace(plate=plate, bins=plate.bins, color=color)
+
+    def optics(self, shot: Shot, frame: int) -> SimpleNamespace:
+        """Return the optics of a lens that blurs nothing."""
+        return optics_of_widest(0.0)
 
     def steps(self, shot: Shot, frame: int, slot: int, enlarges: bool = False) -> Iterator[None]:
         """Render a picture in `STEPS` steps; the generator returns the texture at its end."""

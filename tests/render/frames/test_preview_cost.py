@@ -18,7 +18,8 @@ from heatlens.core.model.shot.settings import (
 )
 from heatlens.core.model.shot.shot import Shot
 from heatlens.render.defocus.quality import layers_for
-from heatlens.render.preview.level_choice import CostModel, cheaper_levels, intermediate_level
+from heatlens.render.preview.cost_model import CostModel
+from heatlens.render.preview.level_choice import cheaper_levels, intermediate_level
 from support.plates import FAR_M, NEAR_M, lens_blurring, moments, plate_of
 
 SETTINGS = st.builds(

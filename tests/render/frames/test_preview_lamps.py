@@ -5,7 +5,7 @@ import pytest
 
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
-from heatlens.render.preview.level_choice import cheaper_levels
+from heatlens.render.preview.level_choice import cheaper_levels, first_picture_settings
 from support.plates import FAR_M, NEAR_M, lens_blurring, plate_of
 
 WIDTH, HEIGHT = 384, 240  # divisible by the scale of every level
@@ -54,6 +54,23 @@ def test_lamp_has_same_disc_at_every_preview_level(ctx, lamp, level):
     )
     assert half_radius == pytest.approx(BLUR_PX / 2, abs=max(0.35, 0.09 * pixel))
     assert outer_radius - inner_radius <= 0.5 + 1.5 * pixel
+
+
+def test_lamp_is_a_disc_in_the_first_picture_too(ctx, lamp):
+    """Check the share of light within the disc, and that its corners are as dark as its sides."""
+    first = first_picture_settings(DefocusSettings(), (WIDTH, HEIGHT), BLUR_PX)
+    picture = lamp.pixels(Shot(lens_blurring(BLUR_PX, WIDTH), first))[..., 1]
+    pixel = WIDTH / picture.shape[1]
+    light = enlarge(picture) - AROUND
+    y, x = np.indices(light.shape) + 0.5
+    across, down = abs(x - (WIDTH + 1) / 2), abs(y - (HEIGHT + 1) / 2)
+    away = np.hypot(across, down)
+    assert light[away < BLUR_PX / 2 + 1.5 * pixel].sum() == pytest.approx(LIGHT, rel=0.02)
+    ring = abs(away - BLUR_PX / 2) < pixel
+    is_diagonal = np.minimum(across, down) > 0.6 * np.maximum(across, down)
+    is_beside = np.minimum(across, down) < 0.3 * np.maximum(across, down)
+    corners, sides = light[ring & is_diagonal].mean(), light[ring & is_beside].mean()
+    assert corners == pytest.approx(sides, rel=0.1)
 
 
 @pytest.mark.parametrize("blur_px", [14.0, 40.0])

@@ -3,10 +3,11 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.core.model.shot.settings import DefocusSettings, Quality
+from heatlens.core.model.shot.settings import PROXY_MIN, DefocusSettings, Quality
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.preview.level_choice import (
     cheaper_levels,
+    first_picture_settings,
     level_at_rest,
     level_while_moving,
     useful_levels,
@@ -76,3 +77,13 @@ def test_recognisable_levels_are_large_enough_or_at_largest_proxy(width):
     assert levels
     small_levels = [it for it in levels if proxy_size((width, width), it.proxy)[0] < 160]
     assert not small_levels or {it.proxy for it in levels} == {LEVELS[0].proxy}
+
+
+@given(st.integers(1, 16000), st.integers(1, 9000), st.floats(0.0, 4000.0))
+def test_first_picture_gathers_few_samples_however_wide_the_blur(width, height, widest_px):
+    """Its size follows the largest disc, down to the smallest scale that there is."""
+    first = first_picture_settings(REQUESTED, (width, height), widest_px)
+    side, other_side = proxy_size((width, height), first.proxy)
+    samples = side * other_side * (first.proxy * widest_px) ** 2
+    assert side <= 320 + 1 or first.proxy == PROXY_MIN
+    assert samples <= 2**26 * 1.1 or first.proxy == PROXY_MIN

@@ -17,17 +17,18 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.quality import kernel_for, layers_for
 from heatlens.render.gpu.known_programs import KNOWN_PROGRAMS, NewProgramError
+from heatlens.render.preview.cost_model import GPU_WORK_POWER, CostModel
 from heatlens.render.preview.level_choice import (
-    GPU_WORK_POWER,
-    CostModel,
     cheaper_levels,
     first_picture_settings,
 )
 from heatlens.studio.session.pictures import live_picture
 from heatlens.studio.session.pictures.elsewhere import ProcessBuilder
 from heatlens.studio.session.pictures.live_picture import LivePicture, PlateVersion
+from support.fake_renderer import optics_of_widest
 
 SIZE = (1920, 1080)
+WIDEST_PX = 30.0  # the largest disc
 FILM = DefocusSettings()
 LENS = Lens(50.0, 2.0, 2.0, 36.0)
 STEPS = 20
@@ -46,6 +47,9 @@ class Machine:
     def __post_init__(self) -> None:
         self.ctx = SimpleNamespace(finish=lambda: None)
         self.loaded = SimpleNamespace(color=SimpleNamespace(size=SIZE))
+
+    def optics(self, shot: Shot, frame: int) -> SimpleNamespace:
+        return optics_of_widest(WIDEST_PX)
 
     def clock(self) -> float:
         return self.clock_s
@@ -172,7 +176,7 @@ def test_first_picture_uses_the_level_with_the_fewest_programs(full_seconds, wis
     first, second = shots(2, wished)
     live.request(first, 0, BUDGET_S)
     (coarse,) = machine.rendered_settings
-    assert coarse.method is Method.PYRAMID and coarse.proxy <= wished.proxy
+    assert coarse.method is Method.GATHER and coarse.proxy <= wished.proxy
     assert not live.output.is_whole and not live.cost.seconds_per_px
     live.request(second, 0, BUDGET_S)
     assert (
@@ -236,7 +240,7 @@ def test_request_and_work_return_within_their_time_limit(full_seconds, wished, w
         assert live.has_work(is_plate_whole=False) and live.seconds_to_rest() == 0.0
         before, _ = machine.clock_s, live.work(within_s, is_plate_whole=False)
     assert (live.output.shot, live.output.frame) == (shot, 7)
-    assert machine.rendered_settings == [first_picture_settings(wished, SIZE)]
+    assert machine.rendered_settings == [first_picture_settings(wished, SIZE, WIDEST_PX)]
 
 
 @settings(max_examples=30)
@@ -458,7 +462,7 @@ class RefusingMachine(Machine):
 
     def steps(self, shot: Shot, frame: int, slot: int, enlarges: bool = False) -> Iterator[str]:
         settings = shot.defocus
-        if settings.method is not Method.PYRAMID and settings not in self.builder.built:
+        if settings.method is not Method.GATHER and settings not in self.builder.built:
             yield "pass"
             raise NewProgramError("blur")
         return (yield from super().steps(shot, frame, slot))
@@ -466,7 +470,9 @@ class RefusingMachine(Machine):
 
 @settings(max_examples=30)
 @given(st.lists(st.sampled_from(cheaper_levels(FILM)), max_size=6), SPEEDS)
-def test_pictures_wait_for_programs_of_another_process_while_a_pyramid_answers(order, full_seconds):
+def test_pictures_wait_for_programs_of_another_process_while_one_program_answers(
+    order, full_seconds
+):
     """Only what is built is rendered, each change is answered, and what comes next is shown."""
     machine = RefusingMachine(full_seconds)
     machine.builder = builder = Builder()
@@ -479,7 +485,9 @@ def test_pictures_wait_for_programs_of_another_process_while_a_pyramid_answers(o
                 break
             live.work(SLICE_S)
         assert not live.is_answering and live.output.shot == shot
-        assert live.output.settings in builder.built | {first_picture_settings(FILM, SIZE)}
+        assert live.output.settings in builder.built | {
+            first_picture_settings(FILM, SIZE, WIDEST_PX)
+        }
         builder.build(level)
     settle(machine, live)
     assert live.output.is_whole and (builder.requests or FILM in builder.built)
@@ -490,7 +498,7 @@ def test_coarser_picture_never_follows_a_finer_one_of_the_same_focus(
     full_seconds, wished, within_s
 ):
     machine, live = machine_and_picture(full_seconds)
-    ladder = [*reversed(cheaper_levels(wished))]  # a pyramid is below all of them
+    ladder = [*reversed(cheaper_levels(wished))]  # a gathered picture is below them
     for shot in shots(3, wished):
         live.request(shot, 1, BUDGET_S, within_s=within_s)
         ranks = []

@@ -13,8 +13,10 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import PROXY_MIN, VIEWS_MAX, DefocusSettings, Method
 from heatlens.core.model.shot.shot import Shot
 from heatlens.render.defocus.plate_passes import proxy_size
-from heatlens.render.preview.level_choice import CostModel, cheaper_levels, intermediate_levels
+from heatlens.render.preview.cost_model import CostModel
+from heatlens.render.preview.level_choice import cheaper_levels, intermediate_levels
 from heatlens.studio.session.pictures.live_picture import LivePicture
+from support.fake_renderer import optics_of_widest
 
 SCENE_METHODS = [method for method in Method if method.needs_scene]
 SIZE = (1280, 720)
@@ -73,6 +75,9 @@ class Machine:
     def __post_init__(self) -> None:
         self.ctx = SimpleNamespace(finish=lambda: None)
         self.loaded = SimpleNamespace(color=SimpleNamespace(size=SIZE))
+
+    def optics(self, shot: Shot, frame: int) -> SimpleNamespace:
+        return optics_of_widest(0.0)
 
     def steps(self, shot: Shot, frame: int, slot: int, enlarges: bool = False) -> Iterator[str]:
         size = proxy_size(SIZE, shot.defocus.proxy)

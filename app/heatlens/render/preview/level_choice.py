@@ -2,22 +2,15 @@
 
 The levels are a ladder: the requested picture, and faster substitutes for it. The window uses lower
 levels while something moves; `heatlens bench --drag` measures each level.
-
-`CostModel` predicts the render time of a picture on this machine from those rendered before.
 """
 
-import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import lru_cache
 
-from heatlens.core.model.shot.settings import PROXY_MIN, Bokeh, DefocusSettings, Method, Quality
+from heatlens.core.model.shot.settings import PROXY_MIN, DefocusSettings, Method, Quality
 from heatlens.render.defocus.plate_passes import proxy_size
-from heatlens.render.defocus.quality import kernel_for, layers_for
-
-# The power of the work with which the time of a picture grows on a GPU, which a small picture does
-# not fill: measured on an NVIDIA H200 from 1280x720 to 3840x2160.
-GPU_WORK_POWER = 0.5
+from heatlens.render.defocus.quality import layers_for
 
 Levels = tuple[DefocusSettings, ...]
 Predict = Callable[[DefocusSettings], float]  # seconds that a picture takes
@@ -29,13 +22,10 @@ _HYSTERESIS = 0.7, 1.3
 # at rest, one of 213x120 of .056, and takes as long: lamps are drawn larger in both.
 _LEAST_WIDTH_PX = 200
 _LEAST_WIDTH_OF_VIEWS_PX = 160  # the same where each view of a scene is drawn
+_FIRST_WIDTH_PX, _FIRST_SAMPLES = 320, 2**26  # of the first picture of all, at most
 _DIRECT_MAX_S = 3.0  # a whole picture that takes longer follows an intermediate preview
 _DIRECT_MAX_COARSE_S = 0.25  # the same if the plate will soon be refined
 _LEAST_SPEEDUP = 3.0  # an intermediate preview must be at least this many times faster
-Kind = tuple[Method, Bokeh, Quality, int]  # the last is the number of layers
-SizedKind = tuple[Kind, float]  # with the proxy: small pictures cost more for each pixel
-
-_NEWEST_WEIGHT = 0.4  # weight of the newest picture in the running mean of its kind
 
 
 def useful_levels(requested: DefocusSettings, size: tuple[int, int]) -> Levels:
@@ -49,15 +39,32 @@ def useful_levels(requested: DefocusSettings, size: tuple[int, int]) -> Levels:
     return large or tuple(level for level in levels if level.proxy == levels[0].proxy)
 
 
-def first_picture_settings(requested: DefocusSettings, size: tuple[int, int]) -> DefocusSettings:
+# Of a plate of 1280x720 with lamps, a gathered picture of 320x180 has a FLIP of .092 to the picture
+# at rest, and a pyramid of 427x240 one of .190, because its lamps are squares. It takes .06 s.
+def first_picture_settings(
+    requested: DefocusSettings, size: tuple[int, int], widest_px: float
+) -> DefocusSettings:
     """Return the settings of the first picture on a machine whose speed is not known yet.
 
-    Drivers take seconds to build the programs of diffusion, and a pyramid needs only two.
+    Drivers take seconds to build the programs of diffusion, and gathering needs only one. The wider
+    the largest disc, `widest_px` in the plate, the smaller the picture, so that it stays quick.
     """
     quickest = useful_levels(requested, size)[-1]
     if requested.method.needs_scene:
         return quickest
-    return replace(quickest, method=Method.PYRAMID, proxy=min(requested.proxy, 2 * quickest.proxy))
+    samples_at_full_size = size[0] * size[1] * max(widest_px, 1.0) ** 2
+    proxy = min(_FIRST_WIDTH_PX / size[0], (_FIRST_SAMPLES / samples_at_full_size) ** (1 / 4))
+    proxy = min(requested.proxy, max(proxy, PROXY_MIN))
+    return replace(quickest, method=Method.GATHER, proxy=proxy)
+
+
+def needs_few_programs(
+    settings: DefocusSettings, requested: DefocusSettings, size: tuple[int, int]
+) -> bool:
+    """Return whether such a picture may be the first on a machine, see `first_picture_settings`."""
+    if requested.method.needs_scene:
+        return settings == useful_levels(requested, size)[-1]
+    return settings.method is Method.GATHER
 
 
 def level_while_moving(
@@ -98,112 +105,6 @@ def level_at_rest(
         if is_step_up and predict(level) * _LEAST_SPEEDUP < whole_s:
             return level
     return requested if is_plate_whole or requested.method.needs_scene else None
-
-
-# Times are learnt from pictures, not computed from the passes. The first picture of a kind includes
-# the driver's builds, which take seconds; its time counts only until another one is known.
-# Otherwise an NVIDIA H200 showed a third of the size while the whole picture takes 5 ms.
-@dataclass
-class CostModel:
-    """Predicts render times from those of earlier pictures.
-
-    It keeps seconds per pixel by kind of picture and scale, for scenes seen from many points of the
-    lens seconds per pixel and point. Unknown kinds are estimated from known ones.
-    """
-
-    seconds_per_px: dict[SizedKind, float] = field(default_factory=dict)
-    with_builds: set[SizedKind] = field(
-        default_factory=set
-    )  # entries that include a driver's builds
-    work_power: float = 1.0  # n times the work takes n ** work_power times as long
-
-    def learn(
-        self, settings: DefocusSettings, pixels: int, seconds: float, includes_builds: bool = False
-    ) -> None:
-        """Learn the time of a picture of `pixels` pixels, and scale all predictions by it.
-
-        Building programs can take a driver hundreds of times as long as the picture. A time that
-        `includes_builds` therefore counts only until another one is known.
-        """
-        sized, new_s_per_px = _sized_kind(settings), seconds / pixels / _view_count(settings)
-        if includes_builds:
-            if self._known_of_sort(settings):
-                return
-            self.with_builds.add(sized)
-        else:
-            self._forget_builds(settings)
-        known_s_per_px = self.seconds_per_px.get(sized, new_s_per_px)
-        # the ratio by which all known times of this sort of work are changed below
-        factor = 1.0 + _NEWEST_WEIGHT * (new_s_per_px / known_s_per_px - 1.0)
-        self.seconds_per_px[sized] = known_s_per_px
-        for similar in self._known_of_sort(settings):
-            self.seconds_per_px[similar] *= factor
-
-    def predict_seconds(self, settings: DefocusSettings, pixels: int) -> float:
-        """Return the predicted seconds for a picture of `pixels` pixels; infinite if unknown."""
-        known = self._known_of_sort(settings)
-        # The cost cannot be predicted if it depends on how large the blur is.
-        if settings.method.facts.grows_with_blur or not known:
-            return float("inf")
-        same_kind = [entry for entry in known if entry[0] == _kind(settings)]
-        if not same_kind and settings.method.needs_scene:
-            return float("inf")
-        work_ratios = {entry: _work(settings) / _work_of(entry) for entry in same_kind or known}
-        nearest = min(work_ratios, key=lambda entry: abs(math.log(work_ratios[entry])))
-        _, nearest_proxy = nearest
-        known_s = self.seconds_per_px[nearest] * pixels * (nearest_proxy / settings.proxy) ** 2
-        growth: float = work_ratios[nearest] ** self.work_power
-        return known_s * growth * _view_count(settings)
-
-    def _forget_builds(self, settings: DefocusSettings) -> None:
-        """Remove the times of the same sort of work that include builds."""
-        for entry in self.with_builds.intersection(self._known_of_sort(settings)):
-            del self.seconds_per_px[entry]
-            self.with_builds.discard(entry)
-
-    def _known_of_sort(self, settings: DefocusSettings) -> list[SizedKind]:
-        """Return the known entries for the same sort of work: drawing scenes or blurring plates."""
-        is_of_scene = settings.method.needs_scene
-        return [entry for entry in self.seconds_per_px if entry[0][0].needs_scene is is_of_scene]
-
-
-def _view_count(settings: DefocusSettings) -> int:
-    """Return how many views of a scene are drawn; 1 for a plate."""
-    return settings.views if settings.method.needs_scene else 1
-
-
-def _sized_kind(settings: DefocusSettings) -> SizedKind:
-    """Return the kind of a picture and its scale."""
-    return _kind(settings), settings.proxy
-
-
-def _kind(settings: DefocusSettings) -> Kind:
-    """Return the settings that decide the time for each pixel, except the scale."""
-    if settings.method.needs_scene:  # no bokeh, no quality, no layers
-        return settings.method, Bokeh.DISC, Quality.FILM, 1
-    return settings.method, settings.bokeh, settings.effective_quality, layers_for(settings)
-
-
-def _work(settings: DefocusSettings) -> float:
-    """Return the work for a whole picture, or for one view of a scene, to compare settings by."""
-    return (1.0 if settings.method.needs_scene else _work_per_pixel(settings)) * settings.proxy**2
-
-
-def _work_of(sized: SizedKind) -> float:
-    """Return the relative work for a picture of this kind and scale."""
-    (method, bokeh, quality, layers), proxy = sized
-    return _work(DefocusSettings(bokeh, quality, layers, proxy, method))
-
-
-def _work_per_pixel(settings: DefocusSettings) -> float:
-    """Return the relative work for one pixel, in passes over memory.
-
-    A complex pole costs about as much as reading and writing the picture once. A layer adds its
-    split, its fill and its composite to its blur.
-    """
-    kernel, layers = kernel_for(settings), layers_for(settings)
-    blur = 1.5 + kernel.steps * len(kernel.poles)
-    return blur if layers == 1 else 4.0 + layers * (blur + 2.5)
 
 
 # The levels from slow to fast: the best quality of each, which sets the number of poles of a disc,

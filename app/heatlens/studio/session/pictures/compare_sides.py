@@ -11,7 +11,7 @@ from heatlens.core.model.view.compared_looks import is_look_b, is_shot_b, method
 from heatlens.core.model.view.view import Compare, ViewState
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software
-from heatlens.render.preview.level_choice import GPU_WORK_POWER, CostModel
+from heatlens.render.preview.cost_model import GPU_WORK_POWER, CostModel
 from heatlens.render.preview.shown import ShownPicture, without_notes
 from heatlens.studio.session.pictures.elsewhere import ProcessBuilder, RemoteRenderer
 from heatlens.studio.session.pictures.live_picture import FIRST_PLATE, LivePicture, PlateVersion

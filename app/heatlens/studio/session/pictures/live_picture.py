@@ -17,18 +17,20 @@ from typing import NamedTuple
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.model.shot.settings import DefocusSettings, Method
 from heatlens.core.model.shot.shot import Shot
+from heatlens.render.defocus.other_methods import widest_px
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.device import Device, Texture
 from heatlens.render.gpu.known_programs import NewProgramError
 from heatlens.render.gpu.program import programs_built
+from heatlens.render.preview.cost_model import CostModel
 from heatlens.render.preview.level_choice import (
-    CostModel,
     first_picture_settings,
     is_better,
     level_at_rest,
     level_while_moving,
+    needs_few_programs,
     useful_levels,
 )
 from heatlens.render.preview.shown import PictureKey, ShownPicture, whole_picture, without_notes
@@ -266,8 +268,8 @@ class LivePicture:
         key, request = picture.picture_key, self._request
         return request is not None and replace(key, settings=request.settings) == request
 
-    # Before anything has been measured, the first picture is a pyramid: it needs two programs and
-    # is there after 0.3 s. Otherwise the driver of a new machine builds the programs of diffusion
+    # Before anything has been measured, the first picture is gathered: that needs one program and
+    # is there after 0.2 s. Otherwise the driver of a new machine builds the programs of diffusion
     # first, 3.6 s of a processor for the quickest level of a 720p plate. The whole picture then
     # comes after 5.3 s instead of 9.5 s, because a small plate needs no levels in between.
     def _best_level(self, requested: DefocusSettings, budget_s: float) -> DefocusSettings:
@@ -276,10 +278,17 @@ class LivePicture:
         levels = tuple(filter(self._is_buildable, useful_levels(requested, size)))
         is_first = not self.cost.seconds_per_px and self.output is None
         if is_first or not levels:
-            return first_picture_settings(requested, size)
+            return self._first_settings(requested)
         if not self.cost.seconds_per_px:  # nothing has been measured on this machine yet
             return levels[-1]
         return level_while_moving(levels, self._level, budget_s, self._predict_s)
+
+    def _first_settings(self, requested: DefocusSettings) -> DefocusSettings:
+        """Return the settings of the first picture of the request."""
+        assert self._request is not None
+        optics = self._renderer.optics(self._request.shot, self._request.frame)
+        size = self._renderer.loaded.color.size
+        return first_picture_settings(requested, size, widest_px(optics))
 
     def _next_level(self, is_plate_whole: bool) -> DefocusSettings | None:
         """Return what to render at rest, see `level_at_rest`."""
@@ -337,16 +346,17 @@ class LivePicture:
     # The cost model learns the time of a picture, and whether programs were built meanwhile. The
     # first picture of a kind contains seconds of a driver's builds: if the model kept them, the
     # window of an NVIDIA H200 would show a third of the size although the whole picture takes 5 ms.
-    # A pyramid in place of another method says nothing about that method, nor does a picture that
-    # another machine has rendered.
+    # A gathered picture in place of another method says nothing about that method, nor does a
+    # picture that another machine has rendered.
     def _advance(self, slice_s: float) -> None:
         """Render in steps until the time is over; a finished picture becomes the output."""
         assert self._work is not None and self._request is not None
         work, start = self._work, self._clock()
-        size = self._renderer.loaded.color.size
-        is_quickest = work.settings == first_picture_settings(work.key.settings, size)
+        is_first = needs_few_programs(
+            work.settings, work.key.settings, self._renderer.loaded.color.size
+        )
         try:
-            with nullcontext() if is_quickest else self.builder.refuse_new(work.key.shot):
+            with nullcontext() if is_first else self.builder.refuse_new(work.key.shot):
                 while self._clock() - start < slice_s and not self.remote.is_waiting:
                     next(work.steps)
             work.seconds += self._clock() - start
@@ -359,7 +369,7 @@ class LivePicture:
             work.seconds += self._clock() - start
             rendered = replace(work.settings, views=work.settings.views - work.views_before)
             is_same_method = rendered.method is work.key.settings.method
-            if work.is_local and (is_same_method or rendered.method is not Method.PYRAMID):
+            if work.is_local and (is_same_method or rendered.method is not Method.GATHER):
                 has_built = programs_built() > work.programs_before
                 self.cost.learn(rendered, self._pixel_count(rendered), work.seconds, has_built)
             is_latest = _key_without_notes(work.key) == _key_without_notes(self._request)
