@@ -164,6 +164,17 @@ def test_sequence_reader_uses_convention_of_first_frame(tmp_path):
     assert reader_with_first(second).depth_m[0, 0] == pytest.approx(1 / 1.5)
 
 
+def test_later_frames_give_the_reason_of_the_guess_not_that_it_was_given(tmp_path):
+    """Only a convention that the user gave is called given."""
+    _, depth = room(WIDTH, HEIGHT)
+    paths = [write_depth_plate(tmp_path / f"s.{i}.exr", depth + 0.1 * i) for i in (1, 2)]
+    reader = SequenceReader(PlateOptions())
+    first, second = (reader(path).depth.why for path in paths)
+    assert first == second and "--depth-convention" not in first
+    given_reader = SequenceReader(PlateOptions(depth_convention="distance"))
+    assert all("--depth-convention" in given_reader(path).depth.why for path in paths)
+
+
 def test_sequence_reader_decides_by_next_frame_if_first_is_unreadable(tmp_path):
     _, depth = room(WIDTH, HEIGHT)
     second = write_depth_plate(tmp_path / "s.2.exr", depth)
