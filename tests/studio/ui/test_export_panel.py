@@ -120,6 +120,17 @@ def test_tooltip_of_export_option_does_not_cover_it(gui: Gui) -> None:
     assert [tip.pos.y + tip.size.y <= gui.rect(name)[1] + 1 for tip in tips] == [True]
 
 
+def test_field_of_a_long_folder_shows_its_end(gui: Gui) -> None:
+    gui.frame(3)
+    x0, y0, x1, y1 = (round(it) for it in gui.rect("export folder"))
+    exporter, seen = gui.session.files.exports, []
+    for folder in ("a" * 99 + "/one", "a" * 99 + "/two", "b" + "a" * 98 + "/two"):
+        exporter.settings = replace(exporter.settings, folder=folder)
+        gui.frame(3)
+        seen.append(gui.screenshot()[y0:y1, x0:x1].tobytes())
+    assert seen[0] != seen[1] == seen[2]
+
+
 def _open_windows() -> list[Any]:
     return [window for window in imgui.get_current_context().windows if window.active]
 

@@ -191,8 +191,11 @@ def check(words: str, value: bool, name: str = "", tip: str = "") -> bool:
 
 
 def typed_text(name: str, value: str) -> str:
-    """Draw a text field without a label; return its text while it is being typed."""
-    _, text = imgui.input_text(f"##{name}", value)
+    """Draw a text field without a label; return its text while it is being typed.
+
+    Of a text that is longer than the field the end is seen, which tells one path from another.
+    """
+    _, text = imgui.input_text(f"##{name}", value, imgui.InputTextFlags_.elide_left)
     rects.note(name)
     return str(text)
 

@@ -97,7 +97,9 @@ class FileDialogs:
             imgui.same_line()
         imgui.set_next_item_width(-1)
         is_entered, walk.typed_path = imgui.input_text(
-            "##path", walk.typed_path, imgui.InputTextFlags_.enter_returns_true
+            "##path",
+            walk.typed_path,
+            imgui.InputTextFlags_.enter_returns_true | imgui.InputTextFlags_.elide_left,
         )
         rects.note("browser path")
         if is_entered:
