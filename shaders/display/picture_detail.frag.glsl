@@ -12,7 +12,7 @@
 // Output
 //   out_color    rgb display values at a pixel of the screen, alpha 1
 
-#include "lib/focus_share.lib.glsl"  // focus_share
+#include "lib/focus_share.lib.glsl"  // focus_share, share_of, signed_px
 
 uniform sampler2D picture_tx;
 uniform sampler2D plate_tx;
@@ -29,6 +29,18 @@ out vec4 out_color;
 #define BARE 0.06
 #define HIDDEN 0.25
 
+// Share of the detail at a pixel of the plate. Beside a blurred foreground the plate's pixel has some of the color of
+// that foreground, which would show its silhouette as a thin line; it has no detail.
+float detail_share(ivec2 texel, ivec2 size) {
+    const ivec2 BESIDE[4] = ivec2[](ivec2(-1, 0), ivec2(1, 0), ivec2(0, -1), ivec2(0, 1));
+    float share = focus_share(texelFetch(depth_tx, texel, 0).r, texel);
+    for (int k = 0; k < 4; ++k) {
+        ivec2 beside = clamp(texel + BESIDE[k], ivec2(0), size - 1);
+        share = min(share, share_of(max(-signed_px(texelFetch(depth_tx, beside, 0).r, beside), 0.0)));
+    }
+    return share;
+}
+
 void main() {
     vec2 at = vec2(gl_FragCoord.x, screen_px.y - gl_FragCoord.y);
     vec2 texture_uv = (at - first_px) / (last_px - first_px);
@@ -37,6 +49,6 @@ void main() {
     vec3 preview = texture(picture_tx, texture_uv).rgb, coarse = texture(coarse_tx, texture_uv).rgb;
     vec3 difference = abs(preview - coarse);
     float hidden = smoothstep(BARE, HIDDEN, max(difference.r, max(difference.g, difference.b)));
-    float share = (1.0 - hidden) * focus_share(texelFetch(depth_tx, texel, 0).r, texel);
+    float share = (1.0 - hidden) * detail_share(texel, size);
     out_color = vec4(preview + share * (texture(plate_tx, texture_uv).rgb - coarse), 1.0);
 }

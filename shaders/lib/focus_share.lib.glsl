@@ -6,8 +6,9 @@
 uniform bool is_coc;     // `depth` is the signed coc in pixels; else it is in meters
 uniform float texel_px;  // side of a pixel of the preview, in pixels of the plate
 
-// Diameter of the coc at a pixel of the plate, in pixels of the plate.
-float width_px(float depth, ivec2 at) { return abs(is_coc ? depth : coc_of(depth, at)); }
+// The signed coc at a pixel of the plate, and its diameter, in pixels of the plate.
+float signed_px(float depth, ivec2 at) { return is_coc ? depth : coc_of(depth, at); }
+float width_px(float depth, ivec2 at) { return abs(signed_px(depth, at)); }
 
 float share_of(float width_px) { return 1.0 - smoothstep(0.5, 1.5, width_px / texel_px); }
 

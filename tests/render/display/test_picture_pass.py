@@ -165,7 +165,9 @@ def test_preview_gets_detail_of_plate_where_in_focus(ctx, pictures, rng, line):
     detail = Detail(textures[0], textures[1], texture_of_depths(ctx, depth), line, texel_px=3.0)
     placed = placed_picture(textures[2], is_nearest=False, detail=detail)
     found = paint(ctx, pictures, placed)[..., :3].astype(float)
-    t = np.clip(np.abs(coc) / 3.0 - 0.5, 0, 1)
+    nearer = np.minimum(coc, np.roll(coc, 1, axis=1))  # the pixel to the left, in front or behind
+    nearer[:, 0] = coc[:, 0]
+    t = np.clip(np.maximum(np.abs(coc), -nearer) / 3.0 - 0.5, 0, 1)
     share = (1 - t * t * (3 - 2 * t))[..., None]
     apart = np.abs(preview - coarse)[..., :3].max(axis=-1, keepdims=True) / 255
     t = np.clip((apart - 0.06) / (0.25 - 0.06), 0, 1)
@@ -173,6 +175,21 @@ def test_preview_gets_detail_of_plate_where_in_focus(ctx, pictures, rng, line):
     expected = preview[..., :3] + share * (plate - coarse)[..., :3]
     np.testing.assert_allclose(found, expected, atol=tolerance_for(ctx, 0.51, 0.6))
     assert share.min() == 0 and share.max() > 0.99
+
+
+@pytest.mark.parametrize(("coc", "expected"), [(-30.0, 0), (30.0, 50)], ids=["nearer", "farther"])
+def test_pixel_in_focus_beside_a_blurred_foreground_gets_no_detail(ctx, pictures, coc, expected):
+    """Its plate has some of the foreground's color; beside a background it is a sharp edge."""
+    height, width = SCREEN[1], SCREEN[0]
+    middle, grey = width // 2, np.full((height, width, 4), 100, np.uint8)
+    plate, cocs = grey.copy(), np.zeros((height, width))
+    plate[:, middle], cocs[:, middle + 1 :] = 150, coc
+    textures = [texture_of(ctx, it) for it in (plate, grey, grey)]
+    for texture in textures:
+        texture.sampling = Sampling.NEAREST
+    detail = Detail(textures[0], textures[1], texture_of_depths(ctx, cocs), None, texel_px=3.0)
+    found = paint(ctx, pictures, placed_picture(textures[2], is_nearest=False, detail=detail))
+    np.testing.assert_array_equal(found[:, middle, 0], 100 + expected)
 
 
 def test_enlarge_pass_adds_half_of_the_detail(ctx, rng):
