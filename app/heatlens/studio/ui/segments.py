@@ -1,6 +1,7 @@
 """Draw buttons that stay pressed: one alone, or a row of them for the values of a choice."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TypeVar
 
 from imgui_bundle import imgui
@@ -26,8 +27,18 @@ def toggle_button(words: str, name: str, is_on: bool, tip: str = "", width: floa
     return is_pressed
 
 
-def segments(name: str, value: Key, words: Mapping[Key, str], per_row: int, tip: str = "") -> Key:
-    """Draw a button for each value, in rows of `per_row`; return the value that was pressed."""
+def segments(
+    name: str,
+    value: Key,
+    words: Mapping[Key, str],
+    per_row: int,
+    tip: str = "",
+    tips: Mapping[Key, str] = MappingProxyType({}),
+) -> Key:
+    """Draw a button for each value, in rows of `per_row`; return the value that was pressed.
+
+    `tip` is on the name of the choice, and `tips` are on the buttons.
+    """
     widgets.label(name, tip)
     left, free_width = imgui.get_cursor_pos_x(), imgui.get_content_region_avail().x
     text_widths = [imgui.calc_text_size(text).x for text in words.values()]
@@ -42,6 +53,7 @@ def segments(name: str, value: Key, words: Mapping[Key, str], per_row: int, tip:
         else:
             imgui.set_cursor_pos_x(x)
         width = columns[column] + padding
-        if toggle_button(f"{text}##{name}", f"{name} {text}", key == value, width=width):
+        button_name, is_on = f"{name} {text}", key == value
+        if toggle_button(f"{text}##{name}", button_name, is_on, tips.get(key, ""), width):
             chosen = key
     return chosen

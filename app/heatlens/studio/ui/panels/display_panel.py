@@ -16,7 +16,7 @@ _PICTURE = "picture"  # in the list of channels: none of them
 _COMPARE_NAMES: Mapping[Compare, str] = {
     Compare.OFF: "off",
     Compare.WIPE: "wipe",
-    Compare.FLIP: "B",
+    Compare.FLIP: "show B",
     Compare.DIFFERENCE: "difference",
 }
 
@@ -42,15 +42,21 @@ def display_panel(
             view, is_graded=widgets.check("grade", view.is_graded, tip=_grade_words(grade))
         )
     widgets.spacer()
-    overlay_names = {name: overlay.label for name, overlay in overlays_by_name().items()}
-    tip = "Drawn over the picture, with a legend."
-    overlay = segments("overlay", view.overlay, overlay_names, 3, tip)
-    view = peaking_rows(replace(view, overlay=overlay))
+    view = peaking_rows(_overlay_row(view))
     widgets.spacer()
     tip = "A beside B, B alone, or how they differ."
     compare = segments("compare", view.compare, _COMPARE_NAMES, 4, tip)
     view = _compare_rows(replace(view, compare=compare), reference, has_many_views, notify)
     return guides_rows(view, squeeze, notify)
+
+
+def _overlay_row(view: ViewState) -> ViewState:
+    """Draw a button for each overlay, with the name of its command; return the view."""
+    overlays = overlays_by_name()
+    labels = {name: overlay.label for name, overlay in overlays.items()}
+    tips = {name: overlay.words for name, overlay in overlays.items()}
+    tip = "Drawn over the picture, with a legend."
+    return replace(view, overlay=segments("overlay", view.overlay, labels, 3, tip, tips))
 
 
 def _channel_row(view: ViewState, channels: Sequence[str]) -> ViewState:
