@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.outside_text import printable
-from heatlens.studio.ui import topmost, widgets
+from heatlens.studio.ui import texts, topmost, widgets
 
 _WIDTH_EM = 32.0
 _FLAGS = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_resize
@@ -27,7 +27,7 @@ def ask(key: str, title: str, words: str, answers: Sequence[str], escape: str = 
     if not is_visible:
         return ""
     topmost.disable_key_navigation()
-    imgui.text_wrapped(printable(words))
+    imgui.text_wrapped(texts.named_keys(printable(words)))
     widgets.spacer()
     answer = answer_buttons(key, answers)
     if not answer and imgui.is_key_pressed(imgui.Key.enter, False):

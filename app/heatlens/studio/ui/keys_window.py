@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.studio.board.command import Command, keys_by_menu
-from heatlens.studio.ui import rects, topmost, widgets
+from heatlens.studio.ui import rects, texts, topmost, widgets
 
 Rows = tuple[tuple[str, str], ...]  # (keys or gesture, what it does)
 _COLUMNS = 4  # largest number of columns
@@ -120,7 +120,7 @@ def _section_width(section: Section) -> float:
 def _keys_width(section: Section) -> float:
     """Return the width of the column of keys of a section."""
     em = imgui.get_font_size()
-    widest = max(imgui.calc_text_size(keys).x for keys, _ in section.rows)
+    widest = max(imgui.calc_text_size(texts.named_keys(keys)).x for keys, _ in section.rows)
     return float(max(widest + _KEYS_GAP_EM * em, _KEYS_EM * em))
 
 
@@ -144,7 +144,7 @@ def _draw_section(section: Section) -> None:
     imgui.separator_text(section.title)
     text_x = _keys_width(section)
     for keys, what in section.rows:
-        imgui.text_disabled(keys)
+        imgui.text_disabled(texts.named_keys(keys))
         imgui.same_line(text_x)  # measured from the left of the column
         imgui.text(f"{what}{_GAP}")
     widgets.spacer()

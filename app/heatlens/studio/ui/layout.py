@@ -85,7 +85,7 @@ def _menu_item(command: Command) -> bool:
     is_on = bool(command.is_on is not None and command.is_on())
     reason = command.why_not()
     label = f"{printable(command.shown)}###{command.name}"
-    is_clicked, _ = imgui.menu_item(label, command.key, is_on, not reason)
+    is_clicked, _ = imgui.menu_item(label, texts.named_keys(command.key), is_on, not reason)
     rects.note(f"item {command.name}")
     texts.disabled_tip(reason)
     return bool(is_clicked)

@@ -122,7 +122,7 @@ class Palette:
         texts.disabled_tip(why_not)
         if is_selected and self._has_moved:
             imgui.set_scroll_here_y()
-        right_text = f"{command.menu}   {command.key}"
+        right_text = f"{command.menu}   {texts.named_keys(command.key)}"
         imgui.same_line(imgui.get_window_width() - imgui.calc_text_size(right_text).x - 24)
         imgui.text_disabled(right_text)
         return bool(is_clicked)

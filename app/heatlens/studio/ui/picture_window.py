@@ -17,7 +17,7 @@ from heatlens.studio.board.board import Board
 from heatlens.studio.board.controls import LensControl, PictureControl, TimeControl
 from heatlens.studio.board.lessons import Lessons
 from heatlens.studio.board.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook
-from heatlens.studio.ui import rects, theme
+from heatlens.studio.ui import rects, texts, theme
 from heatlens.studio.ui.layout import PICTURE, PICTURE_ALONE
 from heatlens.studio.ui.panels.focus_bar import focus_bar, focus_bar_height
 from heatlens.studio.ui.panels.marks_panel import draw_point_marks, mark_in_window
@@ -150,7 +150,7 @@ class PictureWindow:
         elif pictures is None:
             is_opening = facts.plate is not None or facts.opening
             words = "Opening ..." if is_opening else "Nothing is open: Ctrl+O, or drop a file here."
-            imgui.text_disabled(f"  {words}")
+            imgui.text_disabled(f"  {texts.named_keys(words)}")
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
             self._apply_gestures(self.viewport.draw(pictures, facts.view, scale, bar_height))

@@ -19,7 +19,7 @@ from heatlens.studio.board.board import Board
 from heatlens.studio.board.controls import PictureControl
 from heatlens.studio.ui import rects, theme, widgets
 from heatlens.studio.ui.state import UiState
-from heatlens.studio.ui.texts import fit_text, text_width
+from heatlens.studio.ui.texts import fit_text, named_keys, text_width
 
 _BAR_EM = 9.0
 GAP_EM = 0.5  # between text, progress bar and buttons
@@ -157,7 +157,8 @@ class StatusBar:
     # the bar stays in it.
     def _draw_left(self, hovered_px: tuple[int, int] | None, end: float) -> None:
         """Draw the readout or a hint, and the message beside it; `end` is the right limit."""
-        message, left_words = self._board.facts.message, self._left_words(hovered_px)
+        message = named_keys(self._board.facts.message)
+        left_words = named_keys(self._left_words(hovered_px))
         em = imgui.get_font_size()
         free_width = end - imgui.get_cursor_pos_x() - em
         gap = 1.5 * em if left_words and message else 0.0
@@ -170,7 +171,7 @@ class StatusBar:
         if message:
             if left_words:
                 imgui.same_line(0.0, gap)
-            self._draw_message(end - imgui.get_cursor_pos_x() - em)
+            self._draw_message(message, end - imgui.get_cursor_pos_x() - em)
 
     def _left_words(self, hovered_px: tuple[int, int] | None) -> str:
         """Return the file being read, else the readout or a hint; "" if a message replaces it."""
@@ -181,10 +182,9 @@ class StatusBar:
             return f"Listening on {facts.stream.address} ..."
         return "" if hovered_px is None and facts.message else self.words(hovered_px)
 
-    def _draw_message(self, width: float) -> None:
+    def _draw_message(self, message: str, width: float) -> None:
         """Draw the message, cut to `width`; a tooltip shows all of it."""
-        message, is_problem = self._board.facts.message, self._board.facts.is_problem
-        fitted_text = fit_text(message, width)
+        fitted_text, is_problem = fit_text(message, width), self._board.facts.is_problem
         imgui.text_colored(theme.colors.bad if is_problem else theme.colors.message, fitted_text)
         rects.note("message")
         if fitted_text != message and imgui.is_item_hovered():

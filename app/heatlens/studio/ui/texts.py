@@ -1,5 +1,7 @@
 """Draw words: in color, cut to a width, as tooltips, and distances at a glance."""
 
+import re
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -10,23 +12,28 @@ from heatlens.core.model.lens.lens import Lens, as_measured_m
 from heatlens.core.model.units import label_distance
 
 
+def named_keys(text: str) -> str:
+    """Return a text with the names that keys have on this system: on a Mac Cmd is used as Ctrl."""
+    return re.sub(r"\bCtrl\b", "Cmd", text) if sys.platform == "darwin" else text
+
+
 def tooltip(text: str) -> None:
     """Show a tooltip while the pointer rests on the last item; none if `text` is empty."""
     if text and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(printable(text, keep="\n"))
+        imgui.set_tooltip(named_keys(printable(text, keep="\n")))
 
 
 def tip_above(text: str) -> None:
     """Show a tooltip above the last item, where it covers nothing that comes after it."""
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_next_window_pos(imgui.get_item_rect_min(), 0, ImVec2(0.0, 1.0))
-        imgui.set_tooltip(text)
+        imgui.set_tooltip(named_keys(text))
 
 
 def disabled_tip(reason: str) -> None:
     """Show the reason why the last item is disabled as its tooltip; nothing if it is empty."""
     if reason and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
-        imgui.set_tooltip(printable(reason))
+        imgui.set_tooltip(named_keys(printable(reason)))
 
 
 def colored_text(text: str, color: ImVec4) -> None:
@@ -34,7 +41,7 @@ def colored_text(text: str, color: ImVec4) -> None:
     if not text:
         return
     with colored(color):
-        imgui.text_wrapped(printable(text, keep="\n"))
+        imgui.text_wrapped(named_keys(printable(text, keep="\n")))
 
 
 def gray_text(text: str) -> None:

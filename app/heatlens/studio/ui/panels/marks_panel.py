@@ -55,7 +55,8 @@ def marks_panel(control: TimeControl, unit: str, ui: UiState) -> None:
     free_em = imgui.get_content_region_avail().x / em - _ROW_EM
     name_em = min(max(free_em, _MIN_NAME_EM), _NAME_EM)
     if not control.editing.shot.marks:
-        imgui.text_wrapped("No marks yet. Ctrl+Shift+click on an actor, or press M.")
+        words = "No marks yet. Ctrl+Shift+click on an actor, or press M."
+        imgui.text_wrapped(texts.named_keys(words))
     elif imgui.begin_table("marks", 3, imgui.TableFlags_.sizing_fixed_fit):
         imgui.table_setup_column("name", 0, name_em * em)
         imgui.table_setup_column("distance", 0, _DISTANCE_EM * em)
