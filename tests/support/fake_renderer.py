@@ -6,6 +6,7 @@ from types import SimpleNamespace
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.plate import Plate
 from heatlens.render.defocus.plate_passes import proxy_size
+from heatlens.render.gpu.known_programs import KnownPrograms
 
 STEPS = 3  # steps of rendering one picture
 
@@ -15,6 +16,7 @@ class FakeContext:
 
     def __init__(self) -> None:
         self.name, self.is_software = "llvmpipe", True
+        self.known_programs = KnownPrograms()
 
     def finish(self) -> None:
         """Do nothing, as there is no GPU to wait for."""

@@ -16,7 +16,7 @@ from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Method, Qu
 from heatlens.core.model.shot.shot import Shot
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.quality import kernel_for, layers_for
-from heatlens.render.gpu.known_programs import KNOWN_PROGRAMS, NewProgramError
+from heatlens.render.gpu.known_programs import KnownPrograms, NewProgramError
 from heatlens.render.preview.cost_model import GPU_WORK_POWER, CostModel
 from heatlens.render.preview.level_choice import (
     cheaper_levels,
@@ -445,7 +445,7 @@ class Builder(ProcessBuilder):
         self.version, self.built, self.requests = 0, set(), []
 
     def refuse_new(self, shot: Shot) -> AbstractContextManager[None]:
-        return KNOWN_PROGRAMS.refuse_new()
+        return KnownPrograms().refuse_new()
 
     def request(self, shot: Shot, frame: int) -> None:
         self.requests.append(shot)

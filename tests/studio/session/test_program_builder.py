@@ -4,9 +4,10 @@ import pytest
 
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.render.frame_renderer import FrameRenderer
-from heatlens.render.gpu.known_programs import KNOWN_PROGRAMS
+from heatlens.render.gpu.known_programs import KnownPrograms
 from heatlens.studio.board.session import Session
 from heatlens.studio.session.pictures import program_builder
+from heatlens.studio.session.pictures.program_builder import ProgramsFile
 from heatlens.studio.settings.start import Start
 from support.evening import run_until, run_until_settled
 from support.session_files import room_file
@@ -17,7 +18,7 @@ DRAFT = DefocusSettings(quality=Quality.DRAFT, layers=2)
 @pytest.fixture
 def begin(ctx, tmp_path, monkeypatch):
     """Return a function that opens a source in a session that knows no programs."""
-    monkeypatch.setattr(KNOWN_PROGRAMS, "digests", set())
+    monkeypatch.setattr(ctx, "known_programs", KnownPrograms())
     made = []
 
     def begun(source: str) -> Session:
@@ -43,7 +44,9 @@ def refused_pictures(session: Session, monkeypatch) -> list[object]:
     return requests
 
 
-def test_whole_picture_comes_once_a_process_has_built_its_programs(begin, tmp_path, monkeypatch):
+def test_whole_picture_comes_once_a_process_has_built_its_programs(
+    begin, ctx, tmp_path, monkeypatch
+):
     source = str(room_file(tmp_path / "room.exr"))
     session = begin(source)
     requests = refused_pictures(session, monkeypatch)
@@ -53,7 +56,7 @@ def test_whole_picture_comes_once_a_process_has_built_its_programs(begin, tmp_pa
     run_until_settled(session)
     assert requests and session.pictures.live.output.is_whole
     session.close()
-    monkeypatch.setattr(KNOWN_PROGRAMS, "digests", set())
+    monkeypatch.setattr(ctx, "known_programs", KnownPrograms())
     later = begin(source)
     later_requests = refused_pictures(later, monkeypatch)
     run_until_settled(later)
@@ -85,3 +88,22 @@ def test_close_ends_the_process(begin, tmp_path, monkeypatch):
     run_until(session, lambda: bool(session.pictures.builder.progress), "the process")
     session.close()
     assert not session.pictures.builder.progress
+
+
+def test_load_adds_what_was_saved_for_this_driver(ctx, tmp_path, monkeypatch):
+    known = KnownPrograms()
+    known.digests.add("a")
+    monkeypatch.setattr(ctx, "known_programs", known)
+    ProgramsFile(tmp_path / "new", ctx).save()
+    later = KnownPrograms()
+    monkeypatch.setattr(ctx, "known_programs", later)
+    ProgramsFile(tmp_path / "none", ctx).load()
+    assert not later.digests
+    ProgramsFile(tmp_path / "new", ctx).load()
+    assert later.digests == {"a"}
+
+
+def test_save_in_a_folder_that_cannot_be_made_changes_nothing(ctx, tmp_path):
+    (tmp_path / "file").write_bytes(b"")
+    ProgramsFile(tmp_path / "file" / "below", ctx).save()
+    assert (tmp_path / "file").read_bytes() == b""

@@ -9,12 +9,14 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from enum import Enum, auto
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from heatlens.core.base.errors import GpuError
+from heatlens.render.gpu.known_programs import KnownPrograms
 from heatlens.render.gpu.shader_source import ShaderSource
 
 Data: TypeAlias = bytes | bytearray | memoryview | npt.NDArray[np.generic]
@@ -325,6 +327,11 @@ class Device(ABC):
     @abstractmethod
     def error(self) -> str:
         """The driver's error since the last time this was read; "" for none."""
+
+    @cached_property
+    def known_programs(self) -> KnownPrograms:
+        """The programs that the driver has built, as far as this process knows."""
+        return KnownPrograms()
 
     @property
     def compiles_views(self) -> bool:

@@ -21,7 +21,6 @@ from heatlens.render.gpu.device import (
     StorageBuffer,
     VertexLayout,
 )
-from heatlens.render.gpu.known_programs import KNOWN_PROGRAMS
 from heatlens.render.gpu.shader_constants import PIXEL_GROUP
 from heatlens.render.gpu.shader_source import ShaderSource, assemble
 
@@ -47,7 +46,7 @@ class _Program:
     def _build(self) -> None:
         """Build the program from the current files, and remember which files it came from."""
         sources = self._sources()
-        KNOWN_PROGRAMS.add(sources)
+        self._ctx.known_programs.add(sources)
         self._program = self._link(sources)
         _Program.build_count += 1
         self._files = frozenset(file for source in sources for file in source.files)

@@ -16,7 +16,6 @@ from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.render.frame_renderer import FrameRenderer, headless_renderer, run_all_steps
-from heatlens.render.gpu.known_programs import KNOWN_PROGRAMS
 from heatlens.render.preview.level_choice import useful_levels
 from heatlens.render.source.source import Source
 
@@ -65,15 +64,16 @@ def build_programs(request: BuildRequest) -> None:
     if not renderer.has_many_views:
         loader.load(request.source.origin(shot, frame, "hold"))
     written: set[str] = set()
+    built = renderer.ctx.known_programs.digests
     for number, picture in enumerate(request.pictures):
         if number == _URGENT_COUNT:
             lower_priority()  # once more
         renderer.load_pinhole(picture, frame, views=1)
         run_all_steps(renderer.steps(picture, frame, enlarges=picture.defocus.proxy < 1.0))
         renderer.ctx.finish()
-        sys.stdout.write(" ".join(KNOWN_PROGRAMS.digests - written) + "\n")
+        sys.stdout.write(" ".join(built - written) + "\n")
         sys.stdout.flush()
-        written = set(KNOWN_PROGRAMS.digests)
+        written = set(built)
     loader.close()
 
 

@@ -5,6 +5,7 @@ still for up to a second a program. The process fills the driver's cache; meanwh
 renders what needs no new program, and afterwards each build takes a millisecond.
 """
 
+import hashlib
 import os
 import pickle
 import subprocess
@@ -15,11 +16,14 @@ from dataclasses import replace
 from pathlib import Path
 from threading import Thread
 
+from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.messages import Worker
 from heatlens.core.base.own_command import module_command
+from heatlens.core.base.paths import read_file_bytes
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
-from heatlens.render.gpu.known_programs import KNOWN_PROGRAMS, ProgramsFile
+from heatlens.media.files.atomic_file import make_folder, write_atomically
+from heatlens.render.gpu.device import Device
 from heatlens.render.preview import build_programs
 from heatlens.render.preview.build_programs import BuildRequest, pictures_to_build
 from heatlens.studio.session.pictures.elsewhere import ProcessBuilder
@@ -34,6 +38,27 @@ _PATIENCE_S = 30.0  # for one picture; on a busy machine programs are then built
 _MOST_PROCESSES = 20  # in one session; later programs are built here
 
 
+class ProgramsFile:
+    """Keeps the digests of a device's known programs in a file, one for each driver."""
+
+    def __init__(self, folder: Path, device: Device) -> None:
+        driver = f"{device.library} {device.name} {device.version}"
+        self._known = device.known_programs
+        self._path = folder / f"{hashlib.sha256(driver.encode()).hexdigest()[:16]}.txt"
+
+    def load(self) -> None:
+        """Add the digests of the file to the known programs; without a file, none are added."""
+        with suppress(OSError):
+            words = read_file_bytes(self._path).decode("ascii", "replace")
+            self._known.digests.update(words.split())
+
+    def save(self) -> None:
+        """Write the digests; a folder that cannot be written to only costs time later."""
+        with suppress(OSError, HeatlensError):
+            make_folder(self._path.parent, parents=True)
+            write_atomically(self._path, "\n".join(sorted(self._known.digests)).encode())
+
+
 class ProgramBuilder(Commands, Worker, ProcessBuilder):
     """Starts the process when a picture needs a new program; without a folder it never does."""
 
@@ -41,6 +66,7 @@ class ProgramBuilder(Commands, Worker, ProcessBuilder):
         """Keep the digests of known programs below `folder`."""
         super().__init__(shared)
         device = self._source.picture.renderer.ctx
+        self._known = device.known_programs
         self._file = None if folder is None else ProgramsFile(folder / _FOLDER, device)
         self._process: subprocess.Popen[bytes] | None = None
         self._built: set[object] = set()  # what processes were started for
@@ -76,7 +102,7 @@ class ProgramBuilder(Commands, Worker, ProcessBuilder):
             and len(self._built) < _MOST_PROCESSES
             and (self._is_running or self._key(shot) not in self._built)
         )
-        return KNOWN_PROGRAMS.refuse_new(can_build)
+        return self._known.refuse_new(can_build)
 
     def request(self, shot: Shot, frame: int) -> None:
         """Begin to build the programs of a shot, unless a process is at work."""
@@ -129,7 +155,7 @@ class ProgramBuilder(Commands, Worker, ProcessBuilder):
             process.stdin.write(request)
             process.stdin.close()
             for line in process.stdout:
-                KNOWN_PROGRAMS.digests.update(line.decode(errors="replace").split())
+                self._known.digests.update(line.decode(errors="replace").split())
                 self._done_count += 1
                 self._note_news()
         if process.returncode == 0 and self._file is not None:
