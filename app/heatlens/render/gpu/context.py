@@ -46,6 +46,11 @@ def chosen_gpu() -> Gpu:
     return Gpu(name)
 
 
+def library_of(device: Device) -> Gpu:
+    """Return the library that a device belongs to."""
+    return Gpu(device.library.lower())
+
+
 def headless_context() -> Device:
     """Make a device that needs no window. Raises GpuError that says what to install."""
     gpu = chosen_gpu()

@@ -4,33 +4,48 @@ Nothing else in `ui` knows a library: `opengl_window.py` and `wgpu_window.py` an
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from contextlib import nullcontext
+from dataclasses import dataclass
 
 from heatlens.studio.ui.devices import GlfwHandle  # imports ImGui before glfw, see `window.py`
 
 import glfw  # isort: skip
 
 from heatlens.core.base.extras import OnUse, extra
-from heatlens.render.gpu.context import Gpu, chosen_gpu
+from heatlens.render.gpu.context import Gpu, chosen_gpu, library_of
 from heatlens.render.gpu.device import Device, Framebuffer, Texture
 
-# What GLFW must know before it makes a window, by library.
-_HINTS = {
-    Gpu.OPENGL: {
-        glfw.CONTEXT_VERSION_MAJOR: 4,
-        glfw.CONTEXT_VERSION_MINOR: 3,
-        glfw.OPENGL_PROFILE: glfw.OPENGL_CORE_PROFILE,
-        glfw.OPENGL_FORWARD_COMPAT: 1,
-    },
-    Gpu.WGPU: {glfw.CLIENT_API: glfw.NO_API},
-}
-_WINDOWS = {
-    Gpu.OPENGL: OnUse("studio.ui.opengl_window", "OpenGlWindow"),
-    Gpu.WGPU: OnUse("studio.ui.wgpu_window", "WgpuWindow"),
-}
-_IMGUI = {
-    "OpenGL": OnUse("studio.ui.opengl_window", "OpenGlImGui"),
-    "wgpu": OnUse("studio.ui.wgpu_window", "WgpuImGui"),
+
+@dataclass(frozen=True)
+class _Library:
+    """How a graphics library draws a window.
+
+    hints          what GLFW must know before it makes the window
+    window, imgui  the classes of the window, and of what draws ImGui in it
+    """
+
+    hints: Mapping[int, int]
+    window: OnUse
+    imgui: OnUse
+
+
+_LIBRARIES = {
+    Gpu.OPENGL: _Library(
+        {
+            glfw.CONTEXT_VERSION_MAJOR: 4,
+            glfw.CONTEXT_VERSION_MINOR: 3,
+            glfw.OPENGL_PROFILE: glfw.OPENGL_CORE_PROFILE,
+            glfw.OPENGL_FORWARD_COMPAT: 1,
+        },
+        OnUse("studio.ui.opengl_window", "OpenGlWindow"),
+        OnUse("studio.ui.opengl_window", "OpenGlImGui"),
+    ),
+    Gpu.WGPU: _Library(
+        {glfw.CLIENT_API: glfw.NO_API},
+        OnUse("studio.ui.wgpu_window", "WgpuWindow"),
+        OnUse("studio.ui.wgpu_window", "WgpuImGui"),
+    ),
 }
 
 
@@ -108,18 +123,18 @@ def window_libraries() -> tuple[Gpu, ...]:
 
 def hints_of(gpu: Gpu) -> dict[int, int]:
     """Return what GLFW must know before it makes a window that `gpu` draws."""
-    return dict(_HINTS[gpu])
+    return dict(_LIBRARIES[gpu].hints)
 
 
 def attach(gpu: Gpu, handle: GlfwHandle) -> WindowGpu:
     """Let `gpu` draw a new window. Raises GpuError, or MissingPackageError, where it cannot."""
     with extra("wgpu").require() if gpu is Gpu.WGPU else nullcontext():
-        window_class = _WINDOWS[gpu].target
+        window_class = _LIBRARIES[gpu].window.target
     window: WindowGpu = window_class(handle)
     return window
 
 
 def imgui_drawing(device: Device) -> ImGuiDrawing:
     """Return what draws ImGui by a device, in its current context."""
-    drawing: ImGuiDrawing = _IMGUI[device.library](device)
+    drawing: ImGuiDrawing = _LIBRARIES[library_of(device)].imgui(device)
     return drawing
