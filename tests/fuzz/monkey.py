@@ -23,7 +23,7 @@ from statistics import median
 
 from imgui_bundle import imgui
 
-from heatlens.render.gpu.device import LinkedProgram
+from heatlens.render.gpu.linked_program import LinkedProgram
 
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))

@@ -4,7 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.render.gpu import device as d
+from heatlens.render.gpu.device import Device, Limits
+from heatlens.render.gpu.framebuffer import Framebuffer
+from heatlens.render.gpu.linked_program import LinkedArray, LinkedCompute, LinkedDraw
+from heatlens.render.gpu.resources import Buffer, Data, Sampling, Texture
 
 BYTES = {"f1": 1, "f2": 2, "f4": 4, "u4": 4}
 
@@ -20,16 +23,16 @@ class RecordedCalls(list[tuple[str, str]]):
 class FakeMemory:
     """Base of the fake textures and buffers: a size in bytes, whose content is zeros."""
 
-    is_released, label, sampling, repeats, handle = False, "", d.Sampling.LINEAR, True, 1
+    is_released, label, sampling, repeats, handle = False, "", Sampling.LINEAR, True, 1
     byte_count: int
 
-    def write(self, data: d.Data, *_: Any, **__: Any) -> None:
+    def write(self, data: Data, *_: Any, **__: Any) -> None:
         assert memoryview(data).nbytes <= self.byte_count
 
     def read(self, size: int = -1, offset: int = 0) -> bytes:
         return bytes(self.byte_count if size < 0 else size)
 
-    def read_into(self, data: d.Data, *_: Any, **__: Any) -> None:
+    def read_into(self, data: Data, *_: Any, **__: Any) -> None:
         memoryview(data)[:] = bytes(memoryview(data).nbytes)
 
     def release(self) -> None:
@@ -41,7 +44,7 @@ class FakeMemory:
     build_mipmaps = fill_with_nan = clear = copy_to = nothing
 
 
-class FakeTexture(FakeMemory, d.Texture):
+class FakeTexture(FakeMemory, Texture):
     """A texture of any kind."""
 
     def __init__(self, size: tuple[int, ...], components: int, dtype: str) -> None:
@@ -50,7 +53,7 @@ class FakeTexture(FakeMemory, d.Texture):
         self.byte_count = int(np.prod(size)) * components * BYTES[dtype]
 
 
-class FakeBuffer(FakeMemory, d.Buffer):
+class FakeBuffer(FakeMemory, Buffer):
     """A buffer."""
 
     def __init__(self, size: int) -> None:
@@ -60,7 +63,7 @@ class FakeBuffer(FakeMemory, d.Buffer):
         self.size = self.byte_count = self.size if size < 0 else size
 
 
-class FakeFramebuffer(FakeMemory, d.Framebuffer):
+class FakeFramebuffer(FakeMemory, Framebuffer):
     """A framebuffer."""
 
     def __init__(self, calls: RecordedCalls, colors: Any) -> None:
@@ -72,7 +75,7 @@ class FakeFramebuffer(FakeMemory, d.Framebuffer):
     use = FakeMemory.nothing
 
 
-class FakeProgram(d.LinkedCompute, d.LinkedDraw, d.LinkedArray):
+class FakeProgram(LinkedCompute, LinkedDraw, LinkedArray):
     """A program and its vertices in one."""
 
     def __init__(self, calls: RecordedCalls, source: Any) -> None:
@@ -85,7 +88,7 @@ class FakeProgram(d.LinkedCompute, d.LinkedDraw, d.LinkedArray):
         assert all(count > 0 for count in groups)
         self._calls.append(("dispatch", self._file))
 
-    def run_indirect(self, groups: d.Buffer, offset: int) -> None:
+    def run_indirect(self, groups: Buffer, offset: int) -> None:
         assert offset + 12 <= groups.size
         self._calls.append(("indirect", self._file))
 
@@ -99,12 +102,12 @@ class FakeProgram(d.LinkedCompute, d.LinkedDraw, d.LinkedArray):
     release = FakeMemory.nothing
 
 
-class FakeDevice(FakeMemory, d.Device):
+class FakeDevice(FakeMemory, Device):
     """A device that claims to be a GPU."""
 
     library, name, vendor, version = "lists", "a list", "nobody", "1"
     is_software, error = False, ""
-    limits = d.Limits(16384, 1 << 30, 1024)
+    limits = Limits(16384, 1 << 30, 1024)
 
     def __init__(self) -> None:
         self.calls, self.made_bytes, self.byte_count = RecordedCalls(), 0, 0

@@ -14,7 +14,8 @@ from heatlens.render.display.front_end import FrontEnd
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software
-from heatlens.render.gpu.device import Device, Framebuffer
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import Framebuffer
 from heatlens.studio.board.command import Command
 from heatlens.studio.board.session import Session
 from heatlens.studio.settings.preferences import Preferences

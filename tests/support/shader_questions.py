@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.base.paths import data_dir
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.shader_source import assemble, declared_in
 
 _GROUP = 64

@@ -67,8 +67,11 @@ def _children(process: int) -> list[int]:
 
 def _is_awake(process: int) -> bool:
     """Return whether a thread of a process computes, or would if there were a processor for it."""
-    threads = Path(f"/proc/{process}/task").glob("*/stat")
-    return any(stat.read_text().rpartition(")")[2].split()[0] in "RD" for stat in threads)
+    for stat in Path(f"/proc/{process}/task").glob("*/stat"):
+        with suppress(OSError):  # the thread has just ended
+            if stat.read_text().rpartition(")")[2].split()[0] in "RD":
+                return True
+    return False
 
 
 def _share_known_programs(frames_folder: Path) -> None:

@@ -26,7 +26,8 @@ from heatlens.render.gpu.context import (
     headless_context,
     is_software,
 )
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.stopwatch import Stopwatch
 from heatlens.render.gpu.textures import FloatArray, download, upload_steps
 from heatlens.render.plate_blur import PlateBlur

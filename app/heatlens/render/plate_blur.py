@@ -14,7 +14,7 @@ from heatlens.render.defocus.pipeline import DefocusPipeline
 from heatlens.render.defocus.quality import layers_for
 from heatlens.render.defocus.reduced_plate import PlateTextures
 from heatlens.render.defocus.steps import Steps
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.scene_gpu.overscan import Overscan
 from heatlens.render.scene_gpu.peel import Peeled
 from heatlens.render.source.pinhole import Pinhole, optics_of, pinhole_optics

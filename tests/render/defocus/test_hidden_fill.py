@@ -6,8 +6,9 @@ from heatlens.render.defocus.layer_passes import HiddenFillPass, HiddenScratch, 
 from heatlens.render.defocus.pixel_list import list_bytes
 from heatlens.render.defocus.tile_mask import TileList, TileMask, WholePictures, visibility_bytes
 from heatlens.render.defocus.tile_pass import VisibleBitsPass
-from heatlens.render.gpu.device import Buffer, Device
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import blocks_for
+from heatlens.render.gpu.resources import Buffer
 from heatlens.render.gpu.textures import BufferParts, FloatArray, download, new_texture, upload
 
 HIDDEN = -1.0  # nothing of the pixel is seen

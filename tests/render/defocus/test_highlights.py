@@ -23,8 +23,9 @@ from heatlens.render.defocus.highlight_pass import (
 from heatlens.render.defocus.line_solver import SweepSolver
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
-from heatlens.render.gpu.device import Buffer, Device
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import blocks_for
+from heatlens.render.gpu.resources import Buffer
 from heatlens.render.gpu.shader_constants import HIGHLIGHT_BLOCK, TILE
 from heatlens.render.gpu.textures import FloatArray, download, new_array, new_texture, upload
 from support.opening_images import letter

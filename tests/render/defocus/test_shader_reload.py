@@ -7,7 +7,8 @@ import pytest
 
 from heatlens.core.base.errors import ShaderError
 from heatlens.render.gpu import shader_reload
-from heatlens.render.gpu.device import Device, Primitive
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import Primitive
 from heatlens.render.gpu.program import ComputeProgram, DrawProgram, pixel_groups
 from heatlens.render.gpu.shader_reload import EVERY_S, VARIABLE, ShaderReload
 from heatlens.render.gpu.textures import download, new_texture

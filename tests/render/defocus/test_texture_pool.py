@@ -5,7 +5,8 @@ import pytest
 
 from heatlens.core.base.errors import GpuError
 from heatlens.render.gpu.context import is_software
-from heatlens.render.gpu.device import Data, Device
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Data
 from heatlens.render.gpu.textures import TexturePool
 
 FAR_TOO_MUCH = 600 * 10**9

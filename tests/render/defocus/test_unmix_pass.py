@@ -9,7 +9,8 @@ from heatlens.render.defocus.listed_fragments import FragmentBuffers, ListedFrag
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.pixel_list import list_bytes
 from heatlens.render.defocus.unmix_pass import UnmixedPicture, UnmixPass
-from heatlens.render.gpu.device import Buffer, Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Buffer, Texture
 from heatlens.render.gpu.textures import FloatArray, new_texture, upload
 from support.fragment_lists import packed_lists
 

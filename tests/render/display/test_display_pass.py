@@ -20,7 +20,8 @@ from heatlens.media.color.view_transform import (
 )
 from heatlens.render.display import display_pass
 from heatlens.render.display.display_pass import DisplayPass
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.shader_source import assemble
 from heatlens.render.gpu.textures import download, new_texture, upload
 from support.cube_config import cube_config

@@ -6,7 +6,8 @@ import pytest
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.coc import CocLine
 from heatlens.render.display.picture_pass import Detail, EnlargePass, PicturePass, PlacedPicture
-from heatlens.render.gpu.device import Device, Sampling, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Sampling, Texture
 from support.rounding import tolerance_for
 
 SCREEN = 64, 40

@@ -5,7 +5,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from heatlens.render.display.screen_frames import ScreenFrames
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 
 SIZES = ((4, 4), (8, 4), (16, 16))
 # Key, its size, which look, and the keys that are wanted.

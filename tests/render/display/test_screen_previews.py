@@ -12,7 +12,7 @@ from heatlens.core.model.view.view import ViewState
 from heatlens.render.display.picture_pass import PicturePass, PlacedPicture
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import run_all_steps
-from heatlens.render.gpu.device import Sampling
+from heatlens.render.gpu.resources import Sampling
 from heatlens.render.preview.level_choice import cheaper_levels
 from heatlens.render.preview.shown import ShownPicture
 from support.plates import FAR_M, lens_blurring, plate_of

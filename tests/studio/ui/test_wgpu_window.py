@@ -12,7 +12,8 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.errors import GpuError, MissingPackageError, NoWindowError
 from heatlens.fronts.commands.main import main
 from heatlens.render.gpu.context import Gpu, chosen_gpu
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.wgpu.wgpu_device import headless_device
 from heatlens.studio.ui import open_window, theme, window_gpu
 from heatlens.studio.ui.window_gpu import imgui_drawing

@@ -27,7 +27,8 @@ from heatlens.media.plate.plate import FloatImage, Plate
 from heatlens.render.defocus.far_guess import FAR_PARTS
 from heatlens.render.display.display_values import DisplayValues
 from heatlens.render.frame_renderer import FrameRenderer
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.textures import download
 from heatlens.render.source.source import Origin
 

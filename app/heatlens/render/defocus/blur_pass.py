@@ -10,7 +10,7 @@ from heatlens.core.model.lens.disc_shape import DiscShape
 from heatlens.render.defocus.kernels import Kernel
 from heatlens.render.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
 from heatlens.render.defocus.tile_mask import TileMask
-from heatlens.render.gpu.device import Texture, TextureArray
+from heatlens.render.gpu.resources import Texture, TextureArray
 from heatlens.render.gpu.textures import Storage
 
 PACKED: Storage = "u4"  # eight halves of a pole's image in the four words of a texel

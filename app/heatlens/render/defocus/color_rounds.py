@@ -6,7 +6,7 @@ from heatlens.render.defocus.optics import Color, Optics
 from heatlens.render.defocus.plate_passes import ColorPass
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 
 # A function that blurs the picture with one focus for all colors.
 BlurFunction = Callable[[Optics], Steps[Texture]]

@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass
 
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+from heatlens.render.gpu.resources import Texture
 
 _EVERYWHERE = (-1e30, 1e30)  # a range that contains every signed circle of confusion, in pixels
 

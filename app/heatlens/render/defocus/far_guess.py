@@ -15,8 +15,9 @@ from heatlens.render.defocus.other_methods import LevelRect, layout_levels, pyra
 from heatlens.render.defocus.pixel_list import PixelBands
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputePrograms, pixel_groups
+from heatlens.render.gpu.resources import Texture
 
 FAR_PARTS = "far parts"  # name of the step
 GUESSED_FROM_PX = 12.0  # least coc of both surfaces at an edge where a guess is used

@@ -12,8 +12,9 @@ from heatlens.render.defocus.listed_fragments import (
     ListProgram,
     list_buffers,
 )
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import pixel_groups
+from heatlens.render.gpu.resources import Texture
 
 _CACHED_RESULTS = 4  # results in the cache, because the focus moves more often than the tilt
 

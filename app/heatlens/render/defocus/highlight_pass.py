@@ -18,8 +18,9 @@ from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.pixel_list import PixelBands, Slices, clear_list, list_bytes
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.context import is_software
-from heatlens.render.gpu.device import Blend, Buffer, Device, Primitive, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.draw_target import DrawTarget
+from heatlens.render.gpu.framebuffer import Blend, Primitive
 from heatlens.render.gpu.program import (
     ComputeProgram,
     DrawProgram,
@@ -29,6 +30,7 @@ from heatlens.render.gpu.program import (
     pixel_groups,
 )
 from heatlens.render.gpu.program_versions import ProgramVersions
+from heatlens.render.gpu.resources import Buffer, Texture
 from heatlens.render.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP, HIGHLIGHT_LEVELS
 from heatlens.render.gpu.textures import OpeningTextures
 

@@ -15,8 +15,8 @@ from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.defocus.tile_pass import LayerTiles
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
-from heatlens.render.gpu.device import Buffer, BufferPart, Texture
 from heatlens.render.gpu.program import blocks_for
+from heatlens.render.gpu.resources import Buffer, BufferPart, Texture
 
 
 class LayerBlur:

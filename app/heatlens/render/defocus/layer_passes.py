@@ -10,9 +10,10 @@ from heatlens.render.defocus.listed_fragments import ListProgram, list_buffers, 
 from heatlens.render.defocus.pixel_list import OF_BOTH, WHOLE_LIST, Slices, clear_list
 from heatlens.render.defocus.tile_mask import TileList, TileMask, tile_count
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
-from heatlens.render.gpu.device import Buffer, Device, StorageBuffer, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, groups_for, pixel_groups
 from heatlens.render.gpu.program_versions import ProgramVersions
+from heatlens.render.gpu.resources import Buffer, StorageBuffer, Texture
 from heatlens.render.gpu.shader_constants import STRIP_COLUMNS
 
 

@@ -37,8 +37,8 @@ from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import ONLY, Steps, Turn
 from heatlens.render.defocus.tile_mask import tile_count
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
-from heatlens.render.gpu.device import Texture
 from heatlens.render.gpu.program import blocks_for
+from heatlens.render.gpu.resources import Texture
 
 
 @dataclass(frozen=True, eq=False)

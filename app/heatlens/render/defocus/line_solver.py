@@ -15,8 +15,9 @@ from typing import Literal, assert_never
 
 from heatlens.render.defocus.tile_mask import RUN_LEAST, TileMask, WholePictures, run_length
 from heatlens.render.gpu.context import is_software
-from heatlens.render.gpu.device import Buffer, Device, Image, StorageBuffer
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, ComputePrograms, groups_for
+from heatlens.render.gpu.resources import Buffer, Image, StorageBuffer
 from heatlens.render.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_TEXELS, TILE
 from heatlens.render.gpu.textures import enlarge, new_buffer
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.coc import CocLine
 from heatlens.render.defocus.optics import Optics
-from heatlens.render.gpu.device import Buffer, Device
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram
 from heatlens.render.gpu.program_versions import ProgramVersions
+from heatlens.render.gpu.resources import Buffer
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,10 @@ from functools import cached_property
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.scatter_pass import ScatterPass, ScatterTargets, buffer_bytes
 from heatlens.render.defocus.scratch import Scratch
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, groups_for, pixel_groups
 from heatlens.render.gpu.program_versions import ProgramVersions
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.shader_constants import DISC_RAMP_PX, PIXEL_GROUP, PYRAMID_LEVELS_MAX
 from heatlens.render.gpu.textures import OpeningTextures
 

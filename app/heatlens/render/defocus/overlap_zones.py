@@ -16,8 +16,9 @@ from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.tile_mask import SegmentPass, TileMask
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.defocus.view_tiles import ViewTiles, list_tiles, tiles_near
-from heatlens.render.gpu.device import Device, StorageBuffer, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputePrograms, blocks_for, pixel_groups
+from heatlens.render.gpu.resources import StorageBuffer, Texture
 from heatlens.render.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE_PX_2
 
 _MARGIN_PX = 4.0  # as in overlap_edges.comp.glsl

@@ -18,7 +18,7 @@ from heatlens.render.defocus.quality import GUESSED_PARTS, kernel_for, parts_for
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 
 _FEW_PARTS_PX = 8.0  # largest coc behind the focus for which few parts are enough
 

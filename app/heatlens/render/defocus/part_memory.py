@@ -8,7 +8,7 @@ from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.overlap_zones import PartSurfaces
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.tile_mask import SegmentPass, TileMask, tile_count
-from heatlens.render.gpu.device import Buffer, StorageBuffer, Texture
+from heatlens.render.gpu.resources import Buffer, StorageBuffer, Texture
 from heatlens.render.gpu.textures import BufferParts
 
 _LINK_BYTES = 20  # bytes for each surface in lib/part_link.lib.glsl

@@ -26,13 +26,14 @@ from heatlens.render.defocus.pixel_list import TileBands
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.defocus.tile_mask import SegmentPass, TileMask
-from heatlens.render.gpu.device import Device, Texture, TextureArray
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import (
     ComputeProgram,
     ComputePrograms,
     groups_for,
     pixel_groups,
 )
+from heatlens.render.gpu.resources import Texture, TextureArray
 from heatlens.render.gpu.shader_constants import TILE, TILE_GROUP
 
 # The layer in front of the focus, for the fill of its coc, which only asks on which side it is.

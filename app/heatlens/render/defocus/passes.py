@@ -31,7 +31,8 @@ from heatlens.render.defocus.reduced_plate import ProxyListsPass
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.tile_pass import TilePass
 from heatlens.render.defocus.unmix_pass import UnmixPass
-from heatlens.render.gpu.device import Device, TextureArray
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import TextureArray
 
 
 class DefocusPasses:

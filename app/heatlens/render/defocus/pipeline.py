@@ -82,7 +82,8 @@ from heatlens.render.defocus.quality import kernel_for, layers_for
 from heatlens.render.defocus.reduced_plate import PlateTextures, ReducedPlate
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import ONLY, Steps
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 
 # These methods handle a different focus for each color themselves.
 SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from heatlens.render.gpu.context import is_software
-from heatlens.render.gpu.device import Buffer, Device, StorageBuffer
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, groups_for
+from heatlens.render.gpu.resources import Buffer, StorageBuffer
 from heatlens.render.gpu.shader_constants import PIXEL_GROUP, TILE
 
 _GROUPS_MOST = 65535  # workgroups of a dispatch that every driver can run

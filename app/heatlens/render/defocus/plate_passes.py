@@ -4,9 +4,10 @@ from collections.abc import Collection, Iterator
 
 from heatlens.core.model.focus.coc import CocLine
 from heatlens.render.defocus.pixel_list import PixelBands
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 from heatlens.render.gpu.program_versions import ProgramVersions
+from heatlens.render.gpu.resources import Texture
 
 
 def proxy_size(size: tuple[int, int], proxy: float) -> tuple[int, int]:

@@ -17,8 +17,9 @@ from heatlens.render.defocus.plate_passes import ProxyPass, proxy_size
 from heatlens.render.defocus.quality import layers_for
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
-from heatlens.render.gpu.device import Buffer, Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputePrograms, pixel_groups
+from heatlens.render.gpu.resources import Buffer, Texture
 
 FRAGMENT_BYTES = 12  # bytes of a fragment in a list
 _EXTRA_PER_PIXEL = 2  # additional fragments per pixel, for pixels without a list among others

@@ -13,8 +13,9 @@ import numpy.typing as npt
 
 from heatlens.core.model.lens.disc_shape import DiscShape
 from heatlens.render.defocus.optics import Optics
-from heatlens.render.gpu.device import Blend, Buffer, Device, Primitive, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.draw_target import DrawTarget
+from heatlens.render.gpu.framebuffer import Blend, Primitive
 from heatlens.render.gpu.program import (
     ComputeProgram,
     DrawProgram,
@@ -23,6 +24,7 @@ from heatlens.render.gpu.program import (
     pixel_groups,
 )
 from heatlens.render.gpu.program_versions import ProgramVersions
+from heatlens.render.gpu.resources import Buffer, Texture
 from heatlens.render.gpu.shader_constants import (
     DISC_RAMP_PX,
     ROW_GROUP,

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from heatlens.render.defocus import pass_list
-from heatlens.render.gpu.device import Buffer, Device, Texture, TextureArray
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Buffer, Texture, TextureArray
 from heatlens.render.gpu.textures import BufferParts, Storage, TexturePool
 
 POISON_VARIABLE = "HEATLENS_POISON_SCRATCH"

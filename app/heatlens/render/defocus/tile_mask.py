@@ -6,8 +6,9 @@ The runs of active tiles along its lines are what `PartitionSolver` solves.
 from dataclasses import dataclass
 
 from heatlens.core.model.shot.settings import LAYERS_MAX
-from heatlens.render.gpu.device import Buffer, Device, StorageBuffer
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, blocks_for, groups_for
+from heatlens.render.gpu.resources import Buffer, StorageBuffer
 from heatlens.render.gpu.shader_constants import SOLVER_SLOTS, TILE, TILE_LIST_HEAD
 from heatlens.render.gpu.textures import BufferParts
 

@@ -21,8 +21,9 @@ from heatlens.render.defocus.tile_mask import (
 )
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.context import is_software
-from heatlens.render.gpu.device import Buffer, BufferPart, Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, groups_for
+from heatlens.render.gpu.resources import Buffer, BufferPart, Texture
 from heatlens.render.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE, TILE_GROUP, WORD_GROUP
 from heatlens.render.gpu.textures import BufferParts
 

@@ -11,8 +11,9 @@ from heatlens.render.defocus.listed_fragments import (
 )
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.pixel_list import OF_FIRST, OF_SECOND, PixelBands, Slices, clear_list
-from heatlens.render.gpu.device import Buffer, Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram
+from heatlens.render.gpu.resources import Buffer, Texture
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ import numpy as np
 
 from heatlens.media.color.view_table import as_table
 from heatlens.media.color.view_transform import Lut, ViewTransform, srgb_transform
-from heatlens.render.gpu.device import Device, Image, Sampling, Texture, Texture3D
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+from heatlens.render.gpu.resources import Image, Sampling, Texture, Texture3D
 
 _PICTURE = "display/display.comp.glsl"
 _DIFFERENCE = "display/display_difference.comp.glsl"

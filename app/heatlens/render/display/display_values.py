@@ -2,7 +2,8 @@
 
 from heatlens.media.color.view_transform import ViewTransform
 from heatlens.render.display.display_pass import DisplayPass
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.textures import FloatArray, download, new_texture, upload
 
 

@@ -5,8 +5,9 @@ from heatlens.core.model.shot.settings import LAYERS_MAX
 from heatlens.core.model.view.guides import USUAL_PEAKING, Peaking, PeakingOn
 from heatlens.core.model.view.overlays import overlay_of
 from heatlens.render.defocus.optics import Optics
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputePrograms, pixel_groups
+from heatlens.render.gpu.resources import Texture
 
 
 class OverlayPass:

@@ -11,8 +11,10 @@ from dataclasses import dataclass
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.coc import NO_LINE, CocLine
 from heatlens.core.model.view.view_geometry import Point
-from heatlens.render.gpu.device import Blend, Device, Framebuffer, Image, Primitive, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import Blend, Framebuffer, Primitive
 from heatlens.render.gpu.program import ComputeProgram, DrawProgram, pixel_groups
+from heatlens.render.gpu.resources import Image, Texture
 
 
 @dataclass(frozen=True, eq=False)

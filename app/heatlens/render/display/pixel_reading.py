@@ -12,7 +12,9 @@ from heatlens.core.model.focus.coc import coc_px, far_limit_m, focus_offset_coc_
 from heatlens.core.model.lens.lens import Lens, measured_text
 from heatlens.media.plate.coc_line import line_of
 from heatlens.media.plate.plate import Plate
-from heatlens.render.gpu.device import Device, Framebuffer, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import Framebuffer
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.preview.shown import ShownPicture
 
 _FOCUS_LEAST = 1.02  # nearest focus distance in focal lengths

@@ -14,7 +14,8 @@ from heatlens.render.display.display_pass import DisplayPass
 from heatlens.render.display.overlay_pass import OverlayPass
 from heatlens.render.display.picture_pass import Detail, EnlargePass, FocusMeanPass
 from heatlens.render.display.screen_frames import ScreenTransform
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.textures import TexturePool
 from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.source.pinhole import Pinhole, optics_of, pinhole_optics

@@ -1,26 +1,29 @@
-"""Abstract types of a graphics device, its textures, buffers, programs and framebuffers.
+"""The abstract type of a graphics device, and its errors.
 
-Passes use only these types. The classes that derive from them are the only ones that know a
-graphics library: those for OpenGL are in `gpu/opengl`; another library can be added likewise.
+Passes use only this type and those of `resources.py`, `framebuffer.py` and `linked_program.py`. The
+classes that derive from these are the only ones that know a graphics library: `gpu/opengl` and
+`gpu/wgpu`.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from enum import Enum, auto
 from functools import cached_property
-from typing import TypeAlias
-
-import numpy as np
-import numpy.typing as npt
 
 from heatlens.core.base.errors import GpuError
+from heatlens.render.gpu.framebuffer import Blend, DepthTest, Framebuffer
 from heatlens.render.gpu.known_programs import KnownPrograms
+from heatlens.render.gpu.linked_program import LinkedCompute, LinkedDraw
+from heatlens.render.gpu.resources import (
+    Buffer,
+    Data,
+    DepthBuffer,
+    Texture,
+    Texture3D,
+    TextureArray,
+)
 from heatlens.render.gpu.shader_source import ShaderSource
-
-Data: TypeAlias = bytes | bytearray | memoryview | npt.NDArray[np.generic]
-Area = tuple[int, int, int, int]  # x, y, width and height in pixels
 
 
 class DeviceLostError(GpuError):
@@ -35,39 +38,6 @@ class DeviceError(GpuError):
         self.reason, self.details = reason, details
 
 
-class Sampling(Enum):
-    """How a shader samples a texture between its texels, and when it is drawn smaller."""
-
-    NEAREST = auto()
-    LINEAR = auto()
-    MIPMAPPED = auto()  # linear, and from smaller levels where it is drawn smaller
-
-
-class Primitive(Enum):
-    """What the vertices of a draw make up."""
-
-    TRIANGLES = auto()
-    TRIANGLE_STRIP = auto()
-
-
-class Blend(Enum):
-    """How a draw combines its color with the one in the framebuffer."""
-
-    NONE = auto()
-    ADD = auto()
-    OVER = auto()  # composited by straight alpha; the alpha of the framebuffer stays
-
-
-class DepthTest(Enum):
-    """Which pixels of a draw are written, by their depth and the one in the framebuffer."""
-
-    NONE = auto()
-    LESS = auto()
-    EQUAL = auto()
-    AT_MOST = auto()
-    ALWAYS = auto()
-
-
 @dataclass(frozen=True, slots=True)
 class Limits:
     """The largest texture side, storage buffer and workgroup that a device supports."""
@@ -75,229 +45,6 @@ class Limits:
     texture_side_px: int
     storage_block_bytes: int
     group_invocations: int
-
-
-class Sampled(ABC):
-    """An image that a shader can sample.
-
-    components  channels per texel, each of the type `dtype`
-    repeats     the image is repeated beyond its edge; else the edge is clamped
-    """
-
-    width: int
-    height: int
-    components: int
-    dtype: str
-    label: str
-    sampling: Sampling
-    repeats: bool
-
-    @property
-    @abstractmethod
-    def is_released(self) -> bool:
-        """True once its memory was released."""
-
-    @abstractmethod
-    def write(self, data: Data, viewport: Area | None = None) -> None:
-        """Replace the content, row 0 first, or that of an area."""
-
-    @abstractmethod
-    def read(self) -> bytes:
-        """Return the content, row 0 first."""
-
-    @abstractmethod
-    def build_mipmaps(self) -> None:
-        """Make the smaller levels from the content."""
-
-    @abstractmethod
-    def fill_with_nan(self) -> None:
-        """Write NaN into every texel, or the largest number if these are unsigned integers."""
-
-    @abstractmethod
-    def release(self) -> None:
-        """Give the memory back."""
-
-
-class Texture(Sampled):
-    """A picture on the device; `size` is (width, height)."""
-
-    size: tuple[int, int]
-
-    @property
-    @abstractmethod
-    def handle(self) -> int:
-        """The number by which ImGui draws it."""
-
-    @abstractmethod
-    def read(self, level: int = 0) -> bytes:
-        """Return the content, row 0 first, or that of a smaller level."""
-
-    @abstractmethod
-    def read_into(self, data: Data) -> None:
-        """Copy the content, row 0 first, into `data`."""
-
-
-class TextureArray(Sampled):
-    """Several pictures of one size; `size` is (width, height, layers)."""
-
-    size: tuple[int, int, int]
-    layers: int
-
-
-class Texture3D(Sampled):
-    """A lattice of values; `size` is (width, height, depth)."""
-
-    size: tuple[int, int, int]
-
-
-class Buffer(ABC):
-    """Bytes on the device, for storage blocks, vertices and the commands of indirect draws."""
-
-    size: int
-
-    @abstractmethod
-    def write(self, data: Data, offset: int = 0) -> None:
-        """Replace the bytes from `offset` on."""
-
-    @abstractmethod
-    def read(self, size: int = -1, offset: int = 0) -> bytes:
-        """Return `size` bytes from `offset` on; -1 for all."""
-
-    @abstractmethod
-    def clear(self) -> None:
-        """Set every byte to 0."""
-
-    @abstractmethod
-    def orphan(self, size: int = -1) -> None:
-        """Take new memory of `size` bytes, -1 for as many as before; the content is lost."""
-
-    @abstractmethod
-    def copy_to(self, other: "Buffer") -> None:
-        """Copy all bytes to the beginning of another buffer of the device."""
-
-    @abstractmethod
-    def fill_with_nan(self) -> None:
-        """Write NaN into the whole buffer."""
-
-    @abstractmethod
-    def release(self) -> None:
-        """Give the memory back."""
-
-
-@dataclass(frozen=True, slots=True)
-class BufferPart:
-    """The `size` bytes of a buffer from the byte `first` on."""
-
-    whole: Buffer
-    first: int
-    size: int
-
-    def read(self) -> bytes:
-        """Return the content of the part."""
-        return self.whole.read(self.size, offset=self.first)
-
-
-class DepthBuffer(ABC):
-    """The depths beside the colors of a framebuffer."""
-
-    @abstractmethod
-    def release(self) -> None:
-        """Give the memory back."""
-
-
-class Framebuffer(ABC):
-    """Textures that draws write into, or a window of OpenGL.
-
-    scissor        nothing outside of it is drawn or cleared; None for no limit
-    writes_color, writes_depth  False leaves the colors or the depths as they are
-    """
-
-    size: tuple[int, int]
-    viewport: Area
-    scissor: Area | None
-    writes_color: bool
-    writes_depth: bool
-    color_attachments: tuple[Texture, ...]
-
-    @abstractmethod
-    def use(self) -> None:
-        """Let the next draws write into it."""
-
-    @abstractmethod
-    def clear(
-        self, red: float = 0.0, green: float = 0.0, blue: float = 0.0, alpha: float = 0.0
-    ) -> None:
-        """Fill it with a color, and its depths with the farthest."""
-
-    @abstractmethod
-    def read(self, viewport: Area | None = None, components: int = 3, dtype: str = "f1") -> bytes:
-        """Return the pixels of an area, row 0 first."""
-
-    @abstractmethod
-    def read_into(self, data: Data, components: int = 3) -> None:
-        """Copy the pixels, row 0 first, into `data`."""
-
-    @abstractmethod
-    def release(self) -> None:
-        """Give it back, but not its textures."""
-
-
-Image = Texture | TextureArray | Texture3D
-StorageBuffer = Buffer | BufferPart
-NamedImages: TypeAlias = Mapping[str, Image] | None
-NamedBuffers: TypeAlias = Mapping[str, StorageBuffer] | None
-Uniforms: TypeAlias = Mapping[str, object] | None
-VertexLayout: TypeAlias = Sequence[tuple[Buffer, str, *tuple[str, ...]]]
-
-
-class LinkedProgram(ABC):
-    """A program that the device has built."""
-
-    @abstractmethod
-    def bind(
-        self, textures: NamedImages, images: NamedImages, buffers: NamedBuffers, uniforms: Uniforms
-    ) -> None:
-        """Bind the inputs of the next run by name; raise ShaderError for an undeclared one."""
-
-    @abstractmethod
-    def release(self) -> None:
-        """Delete the program."""
-
-
-class LinkedCompute(LinkedProgram):
-    """A compute program; what a run has written, the next run can read."""
-
-    @abstractmethod
-    def run(self, groups: tuple[int, ...]) -> None:
-        """Run on this number of workgroups along each axis."""
-
-    @abstractmethod
-    def run_indirect(self, groups: Buffer, offset: int) -> None:
-        """Run on the number of workgroups that the three words at byte `offset` contain."""
-
-
-class LinkedArray(ABC):
-    """Buffers as the vertices of a draw program."""
-
-    @abstractmethod
-    def render(self, mode: Primitive, vertices: int) -> None:
-        """Draw this number of vertices."""
-
-    @abstractmethod
-    def render_indirect(self, commands: Buffer, mode: Primitive, count: int) -> None:
-        """Draw with `count` commands of the buffer."""
-
-    @abstractmethod
-    def release(self) -> None:
-        """Delete it, but not the buffers."""
-
-
-class LinkedDraw(LinkedProgram):
-    """A program that draws vertices."""
-
-    @abstractmethod
-    def vertex_array(self, layout: VertexLayout, index: Buffer | None) -> LinkedArray:
-        """Return buffers and their attributes as vertices, without the unused attributes."""
 
 
 class Timer(AbstractContextManager["Timer"]):

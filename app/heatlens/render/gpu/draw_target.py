@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
-from heatlens.render.gpu.device import DepthBuffer, Device, Framebuffer, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import Framebuffer
+from heatlens.render.gpu.resources import DepthBuffer, Texture
 
 _TARGETS_MAX = 10  # framebuffers that are kept
 

@@ -9,18 +9,10 @@ from collections.abc import Mapping, Sequence
 
 from heatlens.core.base.paths import data_dir
 from heatlens.render.gpu import shader_reload
-from heatlens.render.gpu.device import (
-    Buffer,
-    BufferPart,
-    Device,
-    Image,
-    LinkedArray,
-    LinkedCompute,
-    LinkedDraw,
-    Primitive,
-    StorageBuffer,
-    VertexLayout,
-)
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import Primitive
+from heatlens.render.gpu.linked_program import LinkedArray, LinkedCompute, LinkedDraw, VertexLayout
+from heatlens.render.gpu.resources import Buffer, BufferPart, Image, StorageBuffer
 from heatlens.render.gpu.shader_constants import PIXEL_GROUP
 from heatlens.render.gpu.shader_source import ShaderSource, assemble
 

@@ -13,15 +13,8 @@ import numpy.typing as npt
 
 from heatlens.core.base.errors import GpuError
 from heatlens.core.model.lens.aperture import Aperture
-from heatlens.render.gpu.device import (
-    Buffer,
-    BufferPart,
-    Device,
-    DeviceError,
-    Sampling,
-    Texture,
-    TextureArray,
-)
+from heatlens.render.gpu.device import Device, DeviceError
+from heatlens.render.gpu.resources import Buffer, BufferPart, Sampling, Texture, TextureArray
 
 Storage = Literal["f2", "f4", "u4"]
 FloatArray = npt.NDArray[np.float32]

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.view.view import ViewState
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.rendered_frames.cached_pictures import CachedPicture
 

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from heatlens.core.model.lens.pupil import Pupil
 from heatlens.media.scene.scene_view import SceneView
-from heatlens.render.gpu.device import Device, Image, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 from heatlens.render.gpu.program_versions import ProgramVersions
+from heatlens.render.gpu.resources import Image, Texture
 from heatlens.render.gpu.textures import TexturePool
 from heatlens.render.scene_gpu.raster import SceneRaster
 

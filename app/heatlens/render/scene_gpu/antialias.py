@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from heatlens.media.scene.scene_view import SceneView
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.textures import TexturePool
 from heatlens.render.scene_gpu.bands import Rows, view_of_samples
 from heatlens.render.scene_gpu.raster import SceneRaster

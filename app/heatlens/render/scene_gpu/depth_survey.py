@@ -7,8 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from heatlens.core.model.value_bins import BINS, ValueBins, bin_step, fill_single_bin
-from heatlens.render.gpu.device import Buffer, Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, groups_for
+from heatlens.render.gpu.resources import Buffer, Texture
 from heatlens.render.gpu.shader_constants import WORD_GROUP
 
 _GROUP_PIXELS = 1 << 14  # each group adds its own histogram to the total

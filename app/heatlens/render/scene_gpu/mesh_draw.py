@@ -8,8 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from heatlens.media.scene.scene import Array
-from heatlens.render.gpu.device import DepthTest, Device, Image, Primitive
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import DepthTest, Primitive
 from heatlens.render.gpu.program import DrawProgram
+from heatlens.render.gpu.resources import Image
 from heatlens.render.scene_gpu.scene_buffers import SceneBuffers
 
 # Formats of moderngl, and the inputs of the vertex shader that they feed; "/i" is per instance.

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.value_bins import ValueBins
 from heatlens.render.defocus.optics import Optics
-from heatlens.render.gpu.device import Buffer, Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+from heatlens.render.gpu.resources import Buffer, Texture
 
 # Margin as a share of the width. Discs wider than twice this share are rare; for them the border of
 # a picture is a guess.

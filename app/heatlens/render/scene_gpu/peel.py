@@ -17,8 +17,9 @@ from heatlens.core.model.value_bins import ValueBins
 from heatlens.media.plate.fragments import FragmentLists
 from heatlens.media.scene.scene_view import SceneView
 from heatlens.render.defocus.listed_fragments import FragmentBuffers
-from heatlens.render.gpu.device import Buffer, Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+from heatlens.render.gpu.resources import Buffer, Texture
 from heatlens.render.gpu.shader_constants import PEEL_DRAWS
 from heatlens.render.gpu.textures import TexturePool
 from heatlens.render.scene_gpu.bands import Rows, view_of_samples

@@ -18,7 +18,8 @@ from heatlens.media.scene.scene_view import (
     with_near_plane,
 )
 from heatlens.render.defocus.plate_passes import CropPass
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.textures import TexturePool
 from heatlens.render.scene_gpu import antialias, peel
 from heatlens.render.scene_gpu.antialias import Antialias

@@ -14,9 +14,11 @@ import numpy as np
 from heatlens.core.model.boxes import Box
 from heatlens.media.scene.scene import Array, Daylight, Scene
 from heatlens.media.scene.scene_view import SceneView
-from heatlens.render.gpu.device import Buffer, DepthTest, Device, Framebuffer, Primitive, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.draw_target import DrawTargets
+from heatlens.render.gpu.framebuffer import DepthTest, Framebuffer, Primitive
 from heatlens.render.gpu.program import DrawProgram
+from heatlens.render.gpu.resources import Buffer, Texture
 from heatlens.render.gpu.textures import FloatArray
 from heatlens.render.scene_gpu.bands import Bands
 from heatlens.render.scene_gpu.mesh_draw import MeshDraw, ShadowPass

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from heatlens.core.model.lens.pupil import Pupil
 from heatlens.media.scene.scene_view import SceneView
-from heatlens.render.gpu.device import Buffer, Device, Image, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, groups_for
+from heatlens.render.gpu.resources import Buffer, Image, Texture
 from heatlens.render.gpu.shader_constants import RAY_GROUP
 from heatlens.render.gpu.textures import OpeningTextures, TexturePool
 from heatlens.render.scene_gpu.accumulation import SIDES_LAYERS

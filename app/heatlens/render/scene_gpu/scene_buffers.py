@@ -10,7 +10,8 @@ import numpy as np
 
 from heatlens.media.scene.scene import Array, Mesh, PointLight, Scene
 from heatlens.media.scene.scene_bounds import transform_corners
-from heatlens.render.gpu.device import Buffer, Device
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Buffer
 from heatlens.render.scene_gpu.closed_meshes import ClosedMeshes
 from heatlens.render.scene_gpu.scene_records import (
     INSTANCE,

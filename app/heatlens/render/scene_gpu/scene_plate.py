@@ -13,7 +13,7 @@ from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.camera_track import Pose
 from heatlens.media.plate.plate import CameraHeader, DepthReport, Plate
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.textures import FloatArray, download
 from heatlens.render.scene_gpu.depth_survey import DepthStatistics
 

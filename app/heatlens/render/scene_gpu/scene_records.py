@@ -7,7 +7,8 @@ import numpy.typing as npt
 
 from heatlens.media.scene.material import MapPlace, Material
 from heatlens.media.scene.scene import Mesh, PointLight, Scene
-from heatlens.render.gpu.device import Device, Sampling, TextureArray
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Sampling, TextureArray
 
 MOST_LIGHTS = 32
 MAPS = 5  # number of maps of a material

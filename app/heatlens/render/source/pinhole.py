@@ -25,7 +25,7 @@ from heatlens.render.defocus.layer_cuts import gaps_of
 from heatlens.render.defocus.listed_fragments import FragmentBuffers
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.steps import Steps
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.scene_gpu.overscan import Overscan
 from heatlens.render.scene_gpu.peel import Peeled
 

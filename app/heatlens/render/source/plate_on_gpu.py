@@ -14,7 +14,8 @@ from heatlens.render.defocus.cutout_pass import CutoutTextures
 from heatlens.render.defocus.listed_fragments import FragmentBuffers
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.context import check_storage_fits
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.textures import FloatArray, new_texture, upload, upload_steps
 from heatlens.render.source.pinhole import Pinhole
 

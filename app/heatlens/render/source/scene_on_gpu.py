@@ -14,7 +14,8 @@ from heatlens.media.scene.scene import Scene
 from heatlens.media.scene.scene_view import pupil_of
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.context import check_plate_fits
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.textures import FloatArray, TexturePool, download
 from heatlens.render.scene_gpu.accumulation import Accumulation
 from heatlens.render.scene_gpu.depth_survey import DepthSurvey

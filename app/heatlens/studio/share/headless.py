@@ -7,7 +7,7 @@ from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.faults import report_faults
 from heatlens.media.files.still_text import still_of
 from heatlens.render.display.screen_pictures import ScreenPictures
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.rendered_frames.screen_work import CachedFrame
 from heatlens.studio.board.board import Board

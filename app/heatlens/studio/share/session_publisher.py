@@ -12,7 +12,9 @@ import numpy as np
 
 from heatlens.core.model.boxes import Box
 from heatlens.render.display.picture_pass import Detail, PicturePass, PlacedPicture
-from heatlens.render.gpu.device import Device, Framebuffer, Sampling, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import Framebuffer
+from heatlens.render.gpu.resources import Sampling, Texture
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.session import Session
 from heatlens.studio.share.picture import Picture, Pixels, crop_to_display

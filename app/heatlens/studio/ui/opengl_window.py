@@ -6,7 +6,9 @@ context draws the picture at the size of the second window, and the second one c
 
 from imgui_bundle import imgui  # before glfw: both then share one libglfw
 
-from heatlens.render.gpu.device import Device, Framebuffer, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import Framebuffer
+from heatlens.render.gpu.resources import Texture
 from heatlens.studio.ui.devices import GlfwHandle
 
 import glfw  # isort: skip

@@ -11,7 +11,8 @@ from heatlens.core.model.view.view import Compare
 from heatlens.core.model.view.view_geometry import geometry
 from heatlens.render.display.picture_pass import PlacedPicture
 from heatlens.render.display.screen_pictures import ScreenPictures, layer_limits_px
-from heatlens.render.gpu.device import Framebuffer, Sampling
+from heatlens.render.gpu.framebuffer import Framebuffer
+from heatlens.render.gpu.resources import Sampling
 from heatlens.render.rendered_frames.screen_work import ScreenWork
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.controls import LensControl, PictureControl, TimeControl

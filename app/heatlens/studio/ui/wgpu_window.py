@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 from imgui_bundle import imgui  # before glfw: both then share one libglfw
 
-from heatlens.render.gpu.device import Device, Framebuffer, Sampling, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import Framebuffer
+from heatlens.render.gpu.resources import Sampling, Texture
 from heatlens.studio.ui.devices import GlfwHandle
 
 import glfw  # isort: skip

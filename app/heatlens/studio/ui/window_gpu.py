@@ -14,7 +14,9 @@ import glfw  # isort: skip
 
 from heatlens.core.base.extras import OnUse, extra
 from heatlens.render.gpu.context import Gpu, chosen_gpu, library_of
-from heatlens.render.gpu.device import Device, Framebuffer, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import Framebuffer
+from heatlens.render.gpu.resources import Texture
 
 
 @dataclass(frozen=True)

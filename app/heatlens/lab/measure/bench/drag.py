@@ -30,7 +30,7 @@ from heatlens.render.display.picture_pass import (
     PlacedPicture,
 )
 from heatlens.render.frame_renderer import FrameRenderer
-from heatlens.render.gpu.device import Sampling, Texture
+from heatlens.render.gpu.resources import Sampling, Texture
 from heatlens.render.gpu.textures import TexturePool
 from heatlens.render.preview.level_choice import cheaper_levels
 

@@ -31,8 +31,9 @@ from heatlens.render.defocus.pass_list import pass_named
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.quality import kernel_for
 from heatlens.render.gpu.context import is_software
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, groups_for, pixel_groups
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.shader_constants import ROW_GROUP
 from heatlens.render.gpu.stopwatch import Stopwatch
 from heatlens.render.gpu.textures import FloatArray, new_texture, upload

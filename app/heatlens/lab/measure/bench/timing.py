@@ -19,7 +19,8 @@ from heatlens.render.defocus.quality import layers_for
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer, run_all_steps
 from heatlens.render.gpu.context import check_plate_fits, check_work_fits
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.stopwatch import Stopwatch, run_seconds
 
 _F_STOP_STEP = 1e-9  # relative change of the f-stop from frame to frame

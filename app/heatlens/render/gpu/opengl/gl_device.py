@@ -15,18 +15,8 @@ import moderngl
 from heatlens.core.base.errors import GpuError
 from heatlens.core.base.log import LOG
 from heatlens.core.base.system_packages import driver_advice, opengl_advice
-from heatlens.render.gpu.device import (
-    Blend,
-    Data,
-    DepthBuffer,
-    DepthTest,
-    Device,
-    Framebuffer,
-    Limits,
-    Sampling,
-    Texture,
-    Timer,
-)
+from heatlens.render.gpu.device import Device, Limits, Timer
+from heatlens.render.gpu.framebuffer import Blend, DepthTest, Framebuffer
 from heatlens.render.gpu.opengl.objects import (
     GlBuffer,
     GlDepthBuffer,
@@ -36,6 +26,7 @@ from heatlens.render.gpu.opengl.objects import (
     GlTextureArray,
 )
 from heatlens.render.gpu.opengl.programs import GlCompute, GlDraw
+from heatlens.render.gpu.resources import Data, DepthBuffer, Sampling, Texture
 from heatlens.render.gpu.shader_source import ShaderSource
 
 NAN_VARIABLE = "HEATLENS_FILL_NAN"

@@ -9,12 +9,12 @@ from typing import Any
 
 import moderngl
 
-from heatlens.render.gpu.device import (
+from heatlens.render.gpu.framebuffer import Framebuffer
+from heatlens.render.gpu.resources import (
     Area,
     Buffer,
     Data,
     DepthBuffer,
-    Framebuffer,
     Sampling,
     Texture,
     Texture3D,

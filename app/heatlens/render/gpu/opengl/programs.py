@@ -8,20 +8,19 @@ import moderngl
 
 from heatlens.core.base.errors import ShaderError
 from heatlens.core.base.stopping import delay_interrupts
-from heatlens.render.gpu.device import (
-    Buffer,
-    BufferPart,
+from heatlens.render.gpu.framebuffer import Primitive
+from heatlens.render.gpu.linked_program import (
     LinkedArray,
     LinkedCompute,
     LinkedDraw,
     LinkedProgram,
     NamedBuffers,
     NamedImages,
-    Primitive,
     Uniforms,
     VertexLayout,
 )
 from heatlens.render.gpu.opengl.objects import raw_buffer
+from heatlens.render.gpu.resources import Buffer, BufferPart
 from heatlens.render.gpu.shader_source import Kind, ShaderSource, declared_in
 
 STRICT_VARIABLE = "HEATLENS_STRICT_SHADERS"

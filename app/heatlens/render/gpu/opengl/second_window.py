@@ -2,7 +2,7 @@
 
 import moderngl
 
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 
 _COPY_VERTEX = """#version 330
 out vec2 at;

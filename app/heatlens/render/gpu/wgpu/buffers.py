@@ -4,7 +4,7 @@ from typing import Any
 
 import wgpu
 
-from heatlens.render.gpu.device import Buffer, Data
+from heatlens.render.gpu.resources import Buffer, Data
 from heatlens.render.gpu.wgpu.recorder import Recorder
 from heatlens.render.gpu.wgpu.textures import bytes_of
 

@@ -4,7 +4,7 @@ import struct
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from heatlens.render.gpu.device import Blend, Framebuffer
+from heatlens.render.gpu.framebuffer import Blend, Framebuffer
 from heatlens.render.gpu.wgpu.buffers import WgBuffer
 from heatlens.render.gpu.wgpu.framebuffers import BLENDS, WgFramebuffer, area_inside
 from heatlens.render.gpu.wgpu.recorder import Recorder

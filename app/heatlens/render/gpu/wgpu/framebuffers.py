@@ -6,15 +6,8 @@ from typing import Any
 import numpy as np
 import wgpu
 
-from heatlens.render.gpu.device import (
-    Area,
-    Blend,
-    Data,
-    DepthBuffer,
-    DepthTest,
-    Framebuffer,
-    Texture,
-)
+from heatlens.render.gpu.framebuffer import Blend, DepthTest, Framebuffer
+from heatlens.render.gpu.resources import Area, Data, DepthBuffer, Texture
 from heatlens.render.gpu.wgpu.area_clear import AreaClear
 from heatlens.render.gpu.wgpu.recorder import Recorder
 from heatlens.render.gpu.wgpu.textures import DEPTH_FORMAT, bytes_of

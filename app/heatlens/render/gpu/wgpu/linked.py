@@ -14,17 +14,9 @@ from typing import Any
 import wgpu
 
 from heatlens.core.base.errors import ShaderError
-from heatlens.render.gpu.device import (
-    Buffer,
-    BufferPart,
-    DeviceError,
-    LinkedProgram,
-    NamedBuffers,
-    NamedImages,
-    Sampling,
-    StorageBuffer,
-    Uniforms,
-)
+from heatlens.render.gpu.device import DeviceError
+from heatlens.render.gpu.linked_program import LinkedProgram, NamedBuffers, NamedImages, Uniforms
+from heatlens.render.gpu.resources import Buffer, BufferPart, Sampling, StorageBuffer
 from heatlens.render.gpu.shader_source import ShaderSource, Stage, declared_in
 from heatlens.render.gpu.wgpu.buffers import WgBuffer
 from heatlens.render.gpu.wgpu.framebuffers import DrawState

@@ -4,14 +4,9 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
-from heatlens.render.gpu.device import (
-    Buffer,
-    LinkedArray,
-    LinkedCompute,
-    LinkedDraw,
-    Primitive,
-    VertexLayout,
-)
+from heatlens.render.gpu.framebuffer import Primitive
+from heatlens.render.gpu.linked_program import LinkedArray, LinkedCompute, LinkedDraw, VertexLayout
+from heatlens.render.gpu.resources import Buffer
 from heatlens.render.gpu.shader_source import ShaderSource
 from heatlens.render.gpu.wgpu.linked import Shared, Variant, WgProgram, wg_buffer, whole_buffer
 from heatlens.render.gpu.wgpu.vertices import VertexInputs

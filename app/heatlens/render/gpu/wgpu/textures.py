@@ -12,7 +12,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 import wgpu
 
-from heatlens.render.gpu.device import (
+from heatlens.render.gpu.resources import (
     Area,
     Data,
     DepthBuffer,

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from heatlens.render.gpu.device import VertexLayout
+from heatlens.render.gpu.linked_program import VertexLayout
 
 _ITEM = re.compile(r"(\d+)([fui])([124]?)")
 _NAMES = {"f": "float", "u": "uint", "i": "sint"}

@@ -10,18 +10,9 @@ import wgpu
 
 from heatlens.core.base.errors import GpuError
 from heatlens.media.files.quiet import mute_libraries
-from heatlens.render.gpu.device import (
-    Blend,
-    Data,
-    DepthBuffer,
-    DepthTest,
-    Device,
-    Framebuffer,
-    Limits,
-    Sampled,
-    Texture,
-    Timer,
-)
+from heatlens.render.gpu.device import Device, Limits, Timer
+from heatlens.render.gpu.framebuffer import Blend, DepthTest, Framebuffer
+from heatlens.render.gpu.resources import Data, DepthBuffer, Sampled, Texture
 from heatlens.render.gpu.shader_source import ShaderSource
 from heatlens.render.gpu.wgpu.area_clear import AreaClear
 from heatlens.render.gpu.wgpu.buffers import WgBuffer

@@ -12,7 +12,7 @@ from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import Against, Compare
 from heatlens.core.model.view.view_geometry import Pixel
 from heatlens.media.plate.channel_picture import ChannelPicture, channel_choices, read_channel
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.textures import new_texture, upload
 from heatlens.studio.session.shared import Commands, Shared
 

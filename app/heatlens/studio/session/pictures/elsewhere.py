@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager, nullcontext
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
 from heatlens.render.defocus.steps import Steps
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 
 
 class RemoteRenderer:

@@ -21,9 +21,10 @@ from heatlens.render.defocus.other_methods import widest_px
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.known_programs import NewProgramError
 from heatlens.render.gpu.program import programs_built
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.preview.cost_model import CostModel
 from heatlens.render.preview.level_choice import (
     first_picture_settings,

@@ -14,7 +14,7 @@ from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.shot import Shot
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.textures import new_texture
 from heatlens.render.preview.level_choice import fastest_settings
 from heatlens.render.preview.shown import PictureKey, ShownPicture, whole_picture

@@ -24,7 +24,7 @@ from heatlens.media.plate.header.channel_choice import choose_color
 from heatlens.media.plate.plate import FloatImage
 from heatlens.media.plate.read import color_file_parts, read_color
 from heatlens.render.gpu.context import check_plate_fits
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.textures import new_texture, upload
 from heatlens.studio.session.pictures.ruler import Ruler
 from heatlens.studio.session.shared import Commands, Shared

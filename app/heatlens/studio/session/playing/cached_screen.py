@@ -9,7 +9,7 @@ from heatlens.core.model.view.view import ViewState
 from heatlens.render.display.screen_frames import MOST_BYTES, ScreenFrames, ScreenTransform
 from heatlens.render.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures
 from heatlens.render.gpu.context import is_software
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.textures import new_texture
 from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.rendered_frames.cached_pictures import CachedPicture

@@ -17,7 +17,7 @@ from heatlens.deliver.farm.frame_cluster import (
 )
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.rendered_frames.cached_pictures import RenderedPicture
 from heatlens.render.rendered_frames.frame_filler import FrameJob
 from heatlens.render.rendered_frames.frame_store import FrameStore

@@ -11,7 +11,7 @@ from heatlens.core.model.shot.look import Look
 from heatlens.core.model.view.compared_looks import grid_names, is_look_b
 from heatlens.core.model.view.view import GRID_MOST, Compare
 from heatlens.media.files.still_text import pixels_of_still, still_of
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.controls import PictureControl
 from heatlens.studio.board.facts import Facts

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from heatlens.core.model.shot.reel import Reel, ReelShot
 from heatlens.core.model.view.view import Compare
 from heatlens.render.display.screen_pictures import ScreenPictures
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.controls import FileControl, PictureControl
 from heatlens.studio.ui.picture.grid import Pictures

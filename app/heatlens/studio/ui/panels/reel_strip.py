@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.shot.reel import CutFocus, Reel, ReelShot
 from heatlens.core.model.units import label_distance
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.studio.board.controls import FileControl
 from heatlens.studio.ui import texts, theme, widgets
 from heatlens.studio.ui.panels.reel_stills import ReelStills

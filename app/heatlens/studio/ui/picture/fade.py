@@ -7,7 +7,8 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.model.view.view_geometry import ViewGeometry, Viewport
-from heatlens.render.gpu.device import Device, Framebuffer
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import Framebuffer
 from heatlens.render.preview.shown import ShownPicture
 from heatlens.studio.ui import theme
 

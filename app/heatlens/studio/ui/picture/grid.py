@@ -11,7 +11,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.view.view_geometry import PictureShape, Point, Viewport
 from heatlens.render.display.picture_pass import Detail
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.studio.ui import rects, theme
 
 _GAP_EM, _FRAME_EM = 0.15, 0.13

@@ -6,7 +6,8 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.view.picture_view import PictureView
 from heatlens.media.plate.plate import FloatImage
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import rects, theme
 

@@ -14,7 +14,7 @@ from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view_geometry import Point
 from heatlens.media.plate.coc_line import Surface
 from heatlens.render.display.picture_pass import PlacedPicture
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import rects, theme
 from heatlens.studio.ui.picture.grid import Pictures

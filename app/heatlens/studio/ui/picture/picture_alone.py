@@ -14,7 +14,9 @@ from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import ViewState
 from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.render.display.picture_pass import PlacedPicture
-from heatlens.render.gpu.device import Device, Framebuffer, Sampling, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import Framebuffer
+from heatlens.render.gpu.resources import Sampling, Texture
 from heatlens.studio.ui import theme
 from heatlens.studio.ui.picture.grid import Pictures, Tile
 from heatlens.studio.ui.picture.viewport import ViewportPanel

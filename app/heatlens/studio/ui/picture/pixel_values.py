@@ -17,7 +17,8 @@ from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view import Compare
 from heatlens.core.model.view.view_geometry import PictureShape, Pixel, Viewport
 from heatlens.render.display.pixel_reading import read_texels
-from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Texture
 from heatlens.studio.board.controls import PictureControl
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import rects, theme

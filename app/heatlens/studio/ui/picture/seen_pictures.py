@@ -13,7 +13,7 @@ from heatlens.media.plate.overscan_need import overscan_ratio
 from heatlens.media.plate.plate import Plate
 from heatlens.render.display.picture_pass import Detail
 from heatlens.render.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures, picture_of_b
-from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.resources import Texture
 from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.rendered_frames.screen_work import CachedFrame, ScreenWork
 from heatlens.studio.board.board import Board

@@ -23,7 +23,9 @@ from heatlens.core.model.view.view_geometry import (
 )
 from heatlens.render.display.picture_pass import Detail, PicturePass, PlacedPicture
 from heatlens.render.display.screen_pictures import MIPMAPS_UNDER
-from heatlens.render.gpu.device import Device, Framebuffer, Sampling, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.framebuffer import Framebuffer
+from heatlens.render.gpu.resources import Sampling, Texture
 from heatlens.studio.ui.picture.grid import Pictures, Tile, cell_at, cells, draw_tiles
 from heatlens.studio.ui.picture.pixel_values import (
     SideValues,

@@ -11,7 +11,8 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.outside_text import printable
 from heatlens.core.base.paths import data_dir, read_file_bytes
 from heatlens.media.files.opened_by_ending import open_embedded_picture
-from heatlens.render.gpu.device import Device, Sampling, Texture
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.resources import Sampling, Texture
 from heatlens.studio.settings.cards import Card
 from heatlens.studio.ui import theme
 from heatlens.studio.ui.texts import fit_text
