@@ -8,6 +8,7 @@ faster, without a window.
 """
 
 import argparse
+import os
 import random
 import sys
 import tempfile
@@ -86,6 +87,8 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             reports = folder / "reports"
+            os.environ.setdefault("HEATLENS_GPU", "opengl")  # as in the tests, see conftest.py
+            os.environ.setdefault("HEATLENS_CACHE_DIR", f"{name}/programs")
             source = sequence_files(folder, 1001, 1012)
             environment = {"HEATLENS_LOG_DIR": str(reports), "HOME": name}
             window = Window(screen, folder, source, "--quality", "draft", **environment)
