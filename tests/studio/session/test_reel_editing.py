@@ -146,6 +146,25 @@ def test_saved_reel_has_shot_files_of_edited_shots(session, sources, tmp_path):
     run_until(session, lambda: read_reel(path).shots[0].source == sources[2], "the new order")
 
 
+def test_shot_files_get_names_of_their_own_where_one_is_taken(session, sources, tmp_path):
+    """The first shot takes the name of the second: a file with its own name exists."""
+    drop(session, sources)
+    reel, path = session.files.reel, tmp_path / "cut.heatreel.json"
+    (tmp_path / "walls.heatlens.json").write_text("")
+    for number in (1, 0):
+        reel.go(number)
+        run_until(
+            session, lambda number=number: session.editing.shot.source == sources[number], "shot"
+        )
+        run_until_settled(session)
+        Board(session).do(Focus(3.0 + 2 * number))
+    session.files.commands.reel_editing.save_as(path)
+    run_until(session, path.exists, "the file")
+    run_until_settled(session)
+    files = [shot.source for shot in read_reel(path).shots[:2]]
+    assert [read_shot(it).lens.focus_distance_m for it in files] == [3.0, 5.0]
+
+
 def test_unsaved_reel_is_kept_with_the_settings_until_it_is_saved(session, sources, tmp_path):
     drop(session, sources)
     kept_path = tmp_path / "settings" / "unsaved" / "unsaved.heatreel.json"

@@ -42,6 +42,7 @@ class ReelEditing(Commands, Worker):
         self._reel, self._documents, self._open_single = reel, documents, open_single
         self._names: tuple[str, ...] = ()  # files that are being added
         self._reader: Background[_Added] = Background(self._wake)
+        self._namer: Background[tuple[Path, dict[str, Path]]] = Background(self._wake)
         self._writer: Background[tuple[Path, Reel]] = Background(self._wake)
         self._removal: tuple[str, Reel, Reel | None] | None = None  # shot, before and after
 
@@ -112,28 +113,28 @@ class ReelEditing(Commands, Worker):
         reel = self._reel.reel
         if reel is None:
             return
-        paths = self._save_edited_shots(path.parent, reel)
-        shots = [replace(shot, source=paths.get(shot.source, shot.source)) for shot in reel.shots]
+        self._reel.path = path
+        names: dict[str, str] = {}
+        for shot in reel.shots:
+            if self._reel.edited_shot(shot.source) is not None:
+                names.setdefault(shot.source, shot.name)
+        self._namer.start(partial(_name_files, path, names))
+
+    def _save_under(self, path: Path, files: dict[str, Path]) -> None:
+        """Save the reel to `path`, and its edited shots to `files`, given by their sources."""
+        reel = self._reel.reel
+        if reel is None:
+            return
+        for source, file in files.items():
+            edited_shot = self._reel.edited_shot(source)
+            if source == self._editing.shot.source:
+                self._documents.save_as(file)
+            elif edited_shot is not None:
+                self._documents.write(partial(write_shot, file, edited_shot))
+        shots = [replace(it, source=str(files.get(it.source, it.source))) for it in reel.shots]
         saved_reel = replace(reel, shots=tuple(shots))
         self._reel.change(saved_reel)
-        self._reel.path = path
         self._writer.start(partial(_write, path, saved_reel))
-
-    def _save_edited_shots(self, folder: Path, reel: Reel) -> dict[str, str]:
-        """Save edited shots that have no file; return their files by their sources."""
-        paths: dict[str, str] = {}
-        open_source = self._editing.shot.source
-        for clip in reel.shots:
-            edited_shot = self._reel.edited_shot(clip.source)
-            if edited_shot is None or clip.source in paths:
-                continue
-            path = _free_path(folder, clip.name)
-            paths[clip.source] = str(path)
-            if clip.source == open_source:
-                self._documents.save_as(path)
-            else:
-                self._documents.write(partial(write_shot, path, edited_shot))
-        return paths
 
     def _change(self, reel: Reel, added_focus: Sequence[CutFocus] = ()) -> None:
         self._reel.change(reel, added_focus)
@@ -154,6 +155,8 @@ class ReelEditing(Commands, Worker):
 
     def poll(self) -> None:
         """Use the shots that have been read, and report a saved reel; call this once a frame."""
+        if (named := self._namer.poll()) is not None:
+            self._save_under(*named)
         if (written := self._writer.poll()) is not None:
             self._finish_saving(*written)
         try:
@@ -207,10 +210,18 @@ def _write(path: Path, reel: Reel) -> tuple[Path, Reel]:
     return path, reel
 
 
-def _free_path(folder: Path, name: str) -> Path:
-    """Return a name for a shot file in `folder` that no file has yet."""
+def _name_files(reel_path: Path, names: dict[str, str]) -> tuple[Path, dict[str, Path]]:
+    """Return the file of a reel, and free names beside it for shot files, by their sources."""
+    files: dict[str, Path] = {}
+    for source, name in names.items():
+        files[source] = _free_path(reel_path.parent, name, set(files.values()))
+    return reel_path, files
+
+
+def _free_path(folder: Path, name: str, taken: set[Path]) -> Path:
+    """Return a name for a shot file in `folder` that no file has yet, and that is not `taken`."""
     number, path = 1, folder / f"{name}{SHOT_SUFFIX}"
-    while path.exists():
+    while path in taken or path.exists():
         number += 1
         path = folder / f"{name}_{number}{SHOT_SUFFIX}"
     return path
