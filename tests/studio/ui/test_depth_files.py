@@ -95,3 +95,8 @@ def test_escape_leaves_the_open_plate_and_asks_no_more(asked):
     asked.frame(4)
     assert "no depth Cancel" not in asked.drawn
     assert asked.session.source.plate.path.name == "room.exr"
+
+
+def test_all_answers_stand_in_one_line(asked):
+    tops = {rect[1] for name, rect in asked.drawn.items() if name.startswith("no depth ")}
+    assert len(tops) == 1

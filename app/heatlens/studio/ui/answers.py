@@ -20,7 +20,7 @@ def ask(key: str, title: str, words: str, answers: Sequence[str], escape: str = 
     name = f"{title}###{key}"
     if not imgui.is_popup_open(name):
         imgui.open_popup(name)
-    imgui.set_next_window_size(ImVec2(_WIDTH_EM * imgui.get_font_size(), 0))
+    imgui.set_next_window_size(ImVec2(_box_width(answers), 0))
     center = imgui.get_main_viewport().get_center()
     imgui.set_next_window_pos(center, imgui.Cond_.appearing, ImVec2(0.5, 0.5))
     is_visible, _ = topmost.begin_modal(name, False, _FLAGS)
@@ -40,14 +40,25 @@ def ask(key: str, title: str, words: str, answers: Sequence[str], escape: str = 
     return answer
 
 
+def _box_width(answers: Sequence[str]) -> float:
+    """Return a width in which all answers stand in one line, if the window has it."""
+    style, em = imgui.get_style(), imgui.get_font_size()
+    row = sum(_button_width(words) + style.item_spacing.x for words in answers)
+    row += 2 * style.window_padding.x
+    return min(max(_WIDTH_EM * em, row), imgui.get_main_viewport().size.x - 2 * em)
+
+
+def _button_width(words: str) -> float:
+    return imgui.calc_text_size(words).x + 2 * imgui.get_style().frame_padding.x
+
+
 def answer_buttons(key: str, answers: Sequence[str]) -> str:
     """Draw a button for each answer, in lines as they fit; return the pressed one, or ""."""
-    style, pressed = imgui.get_style(), ""
+    pressed = ""
     for index, words in enumerate(answers):
         if index:
             imgui.same_line()
-            width = imgui.calc_text_size(words).x + 2 * style.frame_padding.x
-            if width > imgui.get_content_region_avail().x:
+            if _button_width(words) > imgui.get_content_region_avail().x:
                 imgui.new_line()
         if widgets.button(words, f"{key} {words}"):
             pressed = words
