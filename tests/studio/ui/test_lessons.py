@@ -90,6 +90,18 @@ def test_lessons_can_be_dismissed(gui):
     assert remaining_lessons(gui) == ()
 
 
+def test_lessons_leave_the_place_to_a_dialog(gui):
+    for is_open in (False, True):
+        if is_open:
+            gui.key(K.o, ctrl=True)
+        gui.drawn.clear()
+        gui.frame(3)
+        assert ("lesson CLICK" in gui.drawn) != is_open
+    gui.key(K.escape)
+    gui.frame(3)
+    assert "lesson CLICK" in gui.drawn
+
+
 def test_users_own_file_has_no_lessons(gui, tmp_path):
     gui.open(room_file(tmp_path / "room.exr"))
     assert remaining_lessons(gui) == ()

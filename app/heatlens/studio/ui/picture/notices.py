@@ -28,7 +28,10 @@ _HIDE = "Hide"
 
 
 def draw_lessons(lessons: Lessons, viewport: Viewport, is_hidden: bool) -> None:
-    """Draw the remaining lessons at the lower left of the picture, if they fit."""
+    """Draw the remaining lessons at the lower left of the picture, if they fit.
+
+    Their card would lie over a dialog, so it waits until that is closed.
+    """
     left = imgui.MouseButton_.left
     lessons.watch(imgui.is_mouse_dragging(left), imgui.is_mouse_down(left))
     em, (x, y), (width, height) = imgui.get_font_size(), viewport.corner, viewport.size
@@ -38,7 +41,7 @@ def draw_lessons(lessons: Lessons, viewport: Viewport, is_hidden: bool) -> None:
         if card_width > _MIN_WIDTH_EM * em
         else ()
     )
-    if is_hidden or not shown_lessons:
+    if is_hidden or not shown_lessons or imgui.internal.get_top_most_popup_modal() is not None:
         return
     corner = ImVec2(x + _MARGIN_EM * em, y + height - _MARGIN_EM * em)
     imgui.set_next_window_pos(corner, 0, ImVec2(0.0, 1.0))
