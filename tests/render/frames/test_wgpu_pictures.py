@@ -60,10 +60,13 @@ def assert_same_picture(picture: np.ndarray, by_opengl: np.ndarray) -> None:
 
 
 def assert_same_scene(picture: np.ndarray, by_opengl: np.ndarray) -> None:
-    """Compare pictures of scenes, where a last bit decides what a sample at an edge shows."""
+    """Compare pictures of scenes, whose depths are equal but whose colors differ by last bits.
+
+    Such a bit decides what a sample at an edge or a shadow shows, and how a half float is rounded.
+    """
     differing = differences(picture, by_opengl)
-    assert differing.max() <= 2e-3
-    assert np.mean(differing <= 1e-4) >= 0.99
+    assert differing.max() <= 1e-3
+    assert np.mean(differing <= 1e-4) >= 0.995
 
 
 @pytest.mark.parametrize("name", SHOTS)
