@@ -53,6 +53,17 @@ out vec4 out_light;
 // the highlight.
 #define MARGIN_PX 2.0
 #define MARGIN_SHARE 0.1
+// A highlight is tested by a ray for each PX_A_RAY that the nearest surface moves by, and by RAYS_MOST^2 rays at most.
+#define PX_A_RAY 8.0
+#define RAYS_MOST 6
+// Multiples of these fill a square evenly, without rows that a grating could match: they place the rays, and begin
+// elsewhere for a highlight a pixel to the right or below.
+#define SPREAD_RAYS vec2(0.75487767, 0.56984029)
+#define SPREAD_X vec2(0.61803399, 0.32471796)
+#define SPREAD_Y vec2(0.32471796, 0.61803399)
+#define OPENING_PX 64.0  // size at which the opening is looked up for a ray, and half the width of its soft rim then
+#define RIM_PX 2.0
+#define LEAST_SHARE 0.001  // of a ray outside the opening: the mean of them counts where no ray is inside
 // The refined lookup must meet the same surface: a coc within SAME_COC_PX, or within SAME_COC_SHARE of
 // the difference to the highlight.
 #define SAME_COC_PX 1.0
@@ -206,6 +217,32 @@ float hidden_share(vec2 at, vec2 center, float coc) {
     return hidden;
 }
 
+// Share of the opening at a point of the lens, in diameters of the opening from its middle; soft at the rim.
+float opening_at(vec2 point, float coc, vec2 center) {
+    float px = sign(coc) * OPENING_PX;
+    return most_of(aperture_coverage(px * point, 0.5 * px, RIM_PX, center));
+}
+
+// The mean of hidden_share over all points of the lens from which light of the highlight reaches the pixel `at`: it fills
+// a square of half the side `ramp`. Seen from points far apart, what is much nearer than the highlight moves by several
+// pixels: a single ray would meet a gap or miss it.
+float mean_hidden_share(vec2 at, vec2 center, float coc, float ramp) {
+    vec2 middle = (at - center) / coc, reach = aperture_reach(0.5 * coc, 0.0) / abs(coc), spread = vec2(ramp / abs(coc));
+    vec2 low = clamp(middle - spread, -reach, reach), high = clamp(middle + spread, -reach, reach);
+    float moved_px = max(high.x - low.x, high.y - low.y) * abs(may_meet_px);  // of the nearest surface
+    int rays = clamp(int(ceil(moved_px / PX_A_RAY)), 1, RAYS_MOST);  // across the points, and down
+    vec2 offset = center.x * SPREAD_X + center.y * SPREAD_Y;
+    float hidden = 0.0, sum = 0.0;
+    int ray = 0;
+    do {
+        vec2 point = mix(low, high, fract(offset + float(ray) * SPREAD_RAYS));
+        float share = rays == 1 ? 1.0 : max(opening_at(point, coc, center), LEAST_SHARE);
+        hidden += share * hidden_share(at, rays == 1 ? center : at - point * coc, coc);
+        sum += share;
+    } while (++ray < rays * rays);
+    return hidden / sum;
+}
+
 // Share of the highlight's light that nearer fragments in the pixel itself let through: an anti-aliased silhouette in
 // focus lets light through where its near surface does not cover.
 float visible_share_at(ivec2 at, float coc) {
@@ -248,7 +285,7 @@ void main() {
     Cover inside = pixel_coverage(enlarged * (position - disc.xy), 0.5 * coc * enlarged, ramp, disc.xy);
     if (most_of(inside) > 0.0) inside *= 1.0 - cutout_cover(ivec2(position), coc);
     if (most_of(inside) > 0.0) inside *= visible_share_at(ivec2(position), coc);
-    if (most_of(inside) > 0.0) inside *= 1.0 - hidden_share(position, disc.xy, coc);
+    if (most_of(inside) > 0.0) inside *= 1.0 - mean_hidden_share(position, disc.xy, coc, disc.w);
     if (most_of(inside) == 0.0) discard;
     out_light = vec4(inside * light, 0.0);
 }

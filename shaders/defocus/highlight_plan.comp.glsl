@@ -5,6 +5,7 @@
 //
 // Inputs
 //   sprites_max   largest number of sprites to draw
+//   small_sprites_max   the same if together they are small
 // In and out
 //   plan      before: the sums of highlight_sprites.comp.glsl, built with COUNT; after: also the level, the draw call
 //             and the workgroups of highlight_restore.comp.glsl
@@ -19,15 +20,21 @@ layout(std430) buffer plan_block { Plan plan; };
 layout(std430) buffer row_block { uint row_buf[]; };
 
 uniform ivec2 blocks;           // across, down
-uniform uint sprites_max;
+uniform uint sprites_max, small_sprites_max;
 uniform uint restore_groups_x;  // workgroups of highlight_restore, unless all highlights are drawn
 uniform uint restore_groups_y;
 
 shared uint sprites_sh[WORKERS];  // number of sprites in the rows of each invocation
 shared int level_sh;              // the chosen level
 
+// Sprites are small if they need no more than this part of the area that may be drawn.
+#define SMALL_AREA (AREA_UNITS / 16u)
+
 // True if a level has too many sprites, or too large an area to draw.
-bool is_too_much(int level) { return plan.sprites[level] > sprites_max || (plan.too_large >> level & 1u) != 0u; }
+bool is_too_much(int level) {
+    uint most = plan.area[level] <= SMALL_AREA ? small_sprites_max : sprites_max;
+    return plan.sprites[level] > most || (plan.too_large >> level & 1u) != 0u;
+}
 
 // Chooses the first level that is not too much, and writes it into the plan.
 void choose_level() {

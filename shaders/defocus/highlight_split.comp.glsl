@@ -55,10 +55,10 @@ float disc_share(float diameter) {
 float disc_share(float diameter) { return smoothstep(LEAST_COC_PX, WHOLE_COC_PX, diameter); }
 #endif
 
-// Coc at which the highlight of a pixel is drawn. The mixed rim of a highlight has the depth of its neighbor, and so
-// this is the coc of the brightest of 3 x 3 pixels; if not `is_searched`, the loop ends after one round and the result
-// is not used.
-float highlight_coc(ivec2 at, bool is_searched) {
+// The brightest light of 3 x 3 pixels of the picture: its luminance and its coc. The mixed rim of a highlight has the depth
+// of its neighbor, and is drawn with the coc of this light. If not `is_searched`, the loop ends after one round and the
+// result is not used.
+vec2 brightest_visible(ivec2 at, bool is_searched) {
     ivec2 last = textureSize(color_tx, 0) - 1;
     float most = mean_of(texelFetch(color_tx, at, 0).rgb);
     ivec2 brightest = at;
@@ -69,8 +69,12 @@ float highlight_coc(ivec2 at, bool is_searched) {
         if (luminance > most) brightest = p;
         most = max(most, luminance);
     } while (is_searched && ++k < 9);
-    return texelFetch(coc_tx, brightest, 0).r;
+    return vec2(most, texelFetch(coc_tx, brightest, 0).r);
 }
+
+// Share of a highlight that is no part of a bright surface, 0..1. `surface` is the degree to which its surroundings are
+// one, `brightest` the luminance of the brightest light around it.
+float apart_from(float surface, float brightest) { return 1.0 - surface * surface_share(brightest); }
 
 #ifdef LISTS
 // A surface hides a light in highlight_draw.frag.glsl if it is nearer by MARGIN_PX of coc, and by the share
@@ -78,6 +82,70 @@ float highlight_coc(ivec2 at, bool is_searched) {
 #define MARGIN_PX 2.0
 #define MARGIN_SHARE 0.1
 #define HIDDEN 0.02       // visible share of the pixel below which a fragment's light is drawn or lost
+#define SAME_COC_PX 0.5   // coc within this difference, or this share of the coc, belong to one surface
+#define SAME_COC_SHARE 0.05
+#define NOT_FOUND 1e30
+#define RIM_SHARE 0.5     // the surface of a rim has less than this share of its light beside it
+
+// The brightest light around a pixel, in the picture and in the lists of 3 x 3 pixels: its luminance and its coc.
+vec2 brightest_around(ivec2 at) {
+    ivec2 last = textureSize(color_tx, 0) - 1;
+    vec2 brightest = vec2(0.0);
+    for (int k = 0; k < 9; ++k) {
+        ivec2 p = clamp(at + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
+        vec2 light = vec2(mean_of(texelFetch(color_tx, p, 0).rgb), texelFetch(coc_tx, p, 0).r);
+        if (light.x > brightest.x) brightest = light;
+        List list = list_at(p);
+        for (uint i = list.first; i < list.end; ++i) {
+            Fragment fragment = fragment_of(i);
+            light = vec2(mean_of(fragment.color), fragment.coc);
+            if (light.x > brightest.x) brightest = light;
+        }
+    }
+    return brightest;
+}
+
+// How the surface of a light goes on in 3 x 3 pixels.
+struct Surrounding {
+    float least;  // luminance
+    int pixels;   // in which the surface is
+};
+Surrounding surrounding_of(ivec2 at, float luminance, float coc) {
+    ivec2 last = textureSize(color_tx, 0) - 1;
+    float same = max(SAME_COC_PX, SAME_COC_SHARE * abs(coc));
+    Surrounding result = Surrounding(luminance, 0);
+    for (int k = 0; k < 9; ++k) {
+        ivec2 p = clamp(at + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
+        float found = abs(texelFetch(coc_tx, p, 0).r - coc) <= same ? mean_of(texelFetch(color_tx, p, 0).rgb) : NOT_FOUND;
+        List list = list_at(p);
+        for (uint i = list.first; i < list.end; ++i) {
+            Fragment fragment = fragment_of(i);
+            if (abs(fragment.coc - coc) <= same) found = min(found, mean_of(fragment.color));
+        }
+        result.least = min(result.least, found);
+        result.pixels += found < NOT_FOUND ? 1 : 0;
+    }
+    return result;
+}
+
+// The lamp that a light comes from.
+struct Lamp {
+    float share;     // of the light that is the lamp's
+    float coc;
+    bool is_hidden;  // by the surface that it is on
+};
+
+// The lamp of a highlight of the share `share` on a surface with this coc, visible or hidden. A lamp has its light in all
+// of its pixels. Where the surface goes on beside the pixel with less light, the pixel is the rim of a lamp that is
+// another surface, that of the `brightest` light around: what exceeds the surface's own light is the lamp's. It is hidden
+// where the surface is in front of the lamp and goes on to all sides.
+Lamp lamp_of(ivec2 at, vec3 color, float coc, float share, vec2 brightest) {
+    float luminance = mean_of(color);
+    if (share <= 0.0 || luminance >= brightest.x) return Lamp(share, coc, false);
+    Surrounding surrounding = surrounding_of(at, luminance, coc);
+    if (surrounding.least >= RIM_SHARE * luminance) return Lamp(share, coc, false);
+    return Lamp(1.0 - surrounding.least / luminance, brightest.y, brightest.y > coc && surrounding.pixels == 9);
+}
 
 // Copies a fragment with another color; its coverage and dioptres stay.
 void store_fragment(uint number, vec3 color) {
@@ -109,21 +177,28 @@ void split_list(ivec2 at, float front_coc, float around, float surface, inout ve
     if (list.has_front) highlight.rgb = vec3(0.0);  // the list has the visible surface's highlight too
     bool may_draw = mean_of(highlight.rgb) == 0.0;  // a pixel draws one highlight; a visible one keeps those behind out
     if (texelFetch(luminance_tx, at >> 1, 0).a <= limit_of(around)) list.end = list.first;  // nothing is bright
+    vec2 brightest = list.first < list.end ? brightest_around(at) : vec2(0.0);
+    list_focus_offset = focus_offset_at(at);  // the search has changed it
     float uncovered = list.has_front ? 1.0 : 0.0;  // share of the pixel not covered by the fragments so far
     for (uint i = list.first; i < list.end; ++i) {
         Fragment fragment = fragment_of(i);
+        Lamp lamp = Lamp(highlight_share(fragment.color, around), fragment.coc, false);
+        // A list that begins with the visible surface has each light at its own depth: there are no rims.
+        if (!list.has_front) lamp = lamp_of(at, fragment.color, fragment.coc, lamp.share, brightest);
+        list_focus_offset = focus_offset_at(at);
         // Share of the fragment's light that is a highlight and would be drawn.
-        float drawn_share = disc_share(abs(fragment.coc)) * (1.0 - surface) * highlight_share(fragment.color, around);
-        float margin = max(MARGIN_PX, MARGIN_SHARE * abs(fragment.coc));
+        float coc = lamp.coc, drawn_share = lamp.share * apart_from(surface, brightest.x);
+        if (!lamp.is_hidden) drawn_share *= disc_share(max(abs(fragment.coc), abs(coc)));
+        float margin = max(MARGIN_PX, MARGIN_SHARE * abs(coc));
         vec3 light = drawn_share * fragment.color, drawn_light = fragment.cover * light;
-        if (drawn_share > 0.0) drawn_light *= transmission_past(list, i, fragment.coc - margin);
+        if (drawn_share > 0.0) drawn_light *= transmission_past(list, i, coc - margin);
         bool is_front = list.has_front && i == list.first, is_hidden = uncovered < HIDDEN;
         // Closer behind the visible surface than the margin, a light would be drawn as if nothing hid it.
-        bool is_apart = is_front || fragment.coc - front_coc > margin;
-        bool is_drawn = may_draw && is_apart && mean_of(drawn_light) > mean_of(highlight.rgb);
-        if (is_drawn) highlight = vec4(drawn_light, fragment.coc);
+        bool is_apart = is_front || coc - front_coc > margin;
+        bool is_drawn = may_draw && is_apart && !lamp.is_hidden && mean_of(drawn_light) > mean_of(highlight.rgb);
+        if (is_drawn) highlight = vec4(drawn_light, coc);
         if (is_drawn && !is_hidden) may_draw = false;
-        store_fragment(i, is_drawn || is_hidden ? fragment.color - light : fragment.color);
+        store_fragment(i, is_drawn || is_hidden || lamp.is_hidden ? fragment.color - light : fragment.color);
         uncovered *= 1.0 - fragment.cover;
     }
 }
@@ -137,11 +212,19 @@ void main() {
     vec4 surroundings = texelFetch(surroundings_tx, at >> 1, 0);
     // drawn_share: share of the pixel's light that is removed and drawn.
     float around = surroundings.r, surface = surface_of(surroundings.b);
-    float drawn_share = (1.0 - surface) * highlight_share(x.rgb, around), lamp_coc = coc;
-    float brightest_coc = highlight_coc(at, drawn_share > 0.0);
+    float drawn_share = highlight_share(x.rgb, around), lamp_coc = coc;
+    vec2 brightest = brightest_visible(at, drawn_share > 0.0);
     if (drawn_share > 0.0) {
-        lamp_coc = brightest_coc;
-        drawn_share *= disc_share(max(abs(coc), abs(lamp_coc)));
+        lamp_coc = brightest.y;
+#ifdef LISTS
+        vec2 brightest_of_all = brightest_around(at);
+        if (brightest_of_all.x > brightest.x) {
+            Lamp lamp = lamp_of(at, x.rgb, coc, drawn_share, brightest_of_all);
+            if (lamp.coc != coc) lamp_coc = lamp.coc;
+            brightest = brightest_of_all;
+        }
+#endif
+        drawn_share *= apart_from(surface, brightest.x) * disc_share(max(abs(coc), abs(lamp_coc)));
     }
     vec4 highlight = vec4(drawn_share * x.rgb, lamp_coc);
     imageStore(out_diffuse_img, at, vec4(x.rgb - drawn_share * x.rgb, x.a));

@@ -12,7 +12,7 @@ from heatlens.core.model.lens.aperture import Aperture
 from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.render.defocus.blur_pass import PACKED, BlurPass, BlurTargets
 from heatlens.render.defocus.highlight_pass import (
-    SPRITES_MAX,
+    SMALL_SPRITES_MAX,
     HighlightBuffers,
     HighlightDrawPass,
     HighlightListPass,
@@ -363,7 +363,7 @@ def test_highlight_list_is_bounded_and_reproducible(ctx: Device, rng: np.random.
     color[rng.random((512, 512)) < 0.02] = 40.0
     coc = np.full((512, 512), 4.0, np.float32)
     first, second = RenderedLamps(ctx, color, coc), RenderedLamps(ctx, color, coc)
-    assert 0 < first.count <= SPRITES_MAX
+    assert 0 < first.count <= SMALL_SPRITES_MAX
     assert np.array_equal(first.drawn, second.drawn)
 
 
@@ -393,12 +393,12 @@ def test_block_full_of_lamps_keeps_light(ctx: Device, disc: DiscShape) -> None:
 def test_large_bright_surface_stays_even(ctx: Device) -> None:
     """The surface is not merged to discs by blocks, which shows a pattern; a spark beside it is."""
     color = dark_picture_with_lamps((128, 128), {(8, 8): 400.0})
-    color[24:104, 24:104] = 100.0
-    assert 80 * 80 > SPRITES_MAX
+    color[16:112, 16:112] = 100.0
+    assert 96 * 96 > SMALL_SPRITES_MAX
     lamps = RenderedLamps(ctx, color, np.full((128, 128), 1.5, np.float32))
     picture = download(lamps.diffuse)[..., :3] + lamps.drawn
-    np.testing.assert_allclose(picture[28:100, 28:100], 100.0, rtol=0.02)
-    assert 0 < lamps.count < 80
+    np.testing.assert_allclose(picture[20:108, 20:108], 100.0, rtol=0.02)
+    assert 0 < lamps.count < 96
     total = picture.sum(axis=(0, 1), dtype=np.float64)
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)
 
@@ -410,7 +410,7 @@ def test_large_lamp_among_many_sparks_is_highlight(ctx: Device, rng: np.random.G
     coc = np.full((512, 512), 4.0, np.float32)
     color[200:224, 200:224], coc[192:232, 192:232] = 32.0, -26.0
     lamps = RenderedLamps(ctx, color, coc)
-    assert 0 < lamps.count <= SPRITES_MAX
+    assert 0 < lamps.count <= SMALL_SPRITES_MAX
     diffuse = download(lamps.diffuse)[..., :3]
     assert diffuse[200:224, 200:224].max() < 4.0
     total = (diffuse + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)

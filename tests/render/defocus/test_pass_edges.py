@@ -40,7 +40,8 @@ def test_unmix_bytes_grow_with_runs_and_tiles_bytes_do_not():
 
 
 def test_constants_have_documented_values():
-    assert highlight_pass.SPRITES_MAX == 4096 and highlight_pass._AREA_MAX == 24.0
+    assert highlight_pass.SPRITES_MAX == 4096 and highlight_pass.SMALL_SPRITES_MAX == 8192
+    assert highlight_pass._AREA_MAX == 24.0
     assert highlight_pass.block_count((8, 8)) == 1 and highlight_pass.block_count((9, 17)) == 6
     assert (kernel_error._FREQUENCY_MOST, kernel_error._RADII, kernel_error._ANGLES) == (
         *(60.0, 480, 12),

@@ -35,6 +35,7 @@ from heatlens.render.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROU
 from heatlens.render.gpu.textures import OpeningTextures
 
 SPRITES_MAX = 4096  # largest number of discs in a picture
+SMALL_SPRITES_MAX = 8192  # the same if together they are small (highlight_plan.comp.glsl)
 _AREA_MAX = 24.0  # pixels drawn per pixel of the picture: hundreds of discs a third as wide
 _SURROUNDINGS_PX = 16.0  # smallest diameter of the surroundings of a pixel
 _PIXELS_A_BAND = 1 << 17  # drawn in a step, because hundreds of discs may overlap there
@@ -72,7 +73,7 @@ class HighlightBuffers:
             "tally": 4 * HIGHLIGHT_LEVELS * blocks,
             "plan": PLAN_BYTES,
             "row": 4 * HIGHLIGHT_LEVELS * groups_for(size[1], HIGHLIGHT_BLOCK),
-            "sprite": _SPRITE_BYTES * SPRITES_MAX,
+            "sprite": _SPRITE_BYTES * SMALL_SPRITES_MAX,
             "blocks": list_bytes((blocks, 1)),
         }
 
@@ -204,8 +205,9 @@ class HighlightSplitPass:
 # Highlights are merged in blocks, at several levels, because drawing needs a limit, in discs and in
 # area. The plan takes the finest level that fits. Before bright surfaces are put back, lamps are
 # merged as far as their discs allow: a street at night, with large lamps among sparks, FLIP .0271
-# -> .0253. Merging runs only on listed blocks that hold light (102 -> 21 ms with 1,600 discs). It
-# writes the discs in the order of the picture, in whatever order the invocations run.
+# -> .0253. Small discs may be more, because lamps of 16 px behind leaves had dotted rims where they
+# were merged. Merging runs only on listed blocks that hold light (102 -> 21 ms with 1,600 discs).
+# It writes the discs in the order of the picture, in whatever order the invocations run.
 class HighlightListPass:
     """Merges highlights into a bounded list of discs, in the order of the picture."""
 
@@ -314,6 +316,7 @@ def _plan_uniforms(size: tuple[int, int], blocks: tuple[int, int]) -> dict[str, 
     return {
         "blocks": blocks,
         "sprites_max": SPRITES_MAX,
+        "small_sprites_max": SMALL_SPRITES_MAX,
         "restore_groups_x": restore_groups[0],
         "restore_groups_y": restore_groups[1],
     }

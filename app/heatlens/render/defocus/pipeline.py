@@ -32,7 +32,7 @@ between. The comment below describes what each pass of a film frame does, and wh
 #                    a sum of exponentials is a few per cent, and a few per cent of a lamp that is
 #                    300 times as bright as the wall behind it are rings. Surroundings are at half
 #                    size.
-# highlights listed  highlights -> at most 4,096 discs. Beyond that they go back to the rest.
+# highlights listed  highlights -> at most 8,192 discs. Beyond that they go back to the rest.
 # far parts          lists of surfaces (known, or guessed by `far_guess.py`) -> the mean of the
 #                    views of parts of the lens behind the focus. Only for the quality final: in one
 #                    layer, surfaces of different blur keep light from each other.

@@ -1,0 +1,121 @@
+"""Lamps behind near things, known to the last pixel, against many views through the lens."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.plate.behind import with_behind
+from heatlens.media.plate.plate import Plate
+from heatlens.render.frame_renderer import FrameRenderer
+from support.plates import FAR_M, FOCUS_M, Image, lens_blurring, plate_of
+
+WIDTH, HEIGHT, FINE = 128, 96, 4
+BLUR_PX = 20.0  # at FAR_M
+DARK, LAMP = 0.05, 60.0
+Y, X = (np.mgrid[: HEIGHT * FINE, : WIDTH * FINE] + 0.5) / FINE
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A flat surface: its coc, where it is (finely sampled), and its grey."""
+
+    coc_px: float
+    is_there: np.ndarray
+    grey: float
+
+    @property
+    def depth_m(self) -> float:
+        """The depth with this coc: coc = 2 BLUR_PX (1 - FOCUS_M / z)."""
+        return FOCUS_M / (1.0 - self.coc_px / (2.0 * BLUR_PX))
+
+
+EVERYWHERE = np.ones_like(X, bool)
+WALL = Surface(0.0, EVERYWHERE, DARK)
+
+
+def pixels_of(fine: np.ndarray) -> np.ndarray:
+    return fine.reshape(HEIGHT, FINE, WIDTH, FINE).mean((1, 3))
+
+
+def seen_through_lens(surfaces: list[Surface]) -> np.ndarray:
+    """Return the mean of the views from 300 points of the lens; `surfaces` are near to far."""
+    golden = np.pi * (3.0 - np.sqrt(5.0))
+    total = np.zeros((HEIGHT, WIDTH))
+    for i in range(300):
+        radius = 0.5 * np.sqrt((i + 0.5) / 300)
+        point = radius * np.cos(i * golden), radius * np.sin(i * golden)
+        view = np.zeros_like(X)
+        for surface in reversed(surfaces):
+            moved = [round(FINE * surface.coc_px * part) for part in (point[1], point[0])]
+            view[np.roll(surface.is_there, moved, (0, 1))] = surface.grey
+        total += pixels_of(view) / 300
+    return total
+
+
+def known_plate(surfaces: list[Surface]) -> Plate:
+    """Return the plate of the surfaces: a pixel has the depth at its middle, a mean as its grey.
+
+    A plate behind continues what is farther than the one before it; a rim of a surface lies on
+    the depth of the next one, as renderers write it.
+    """
+    plates: list[Plate] = []
+    for first in range(len(surfaces)):
+        fine, depth_m = np.zeros_like(X), np.zeros_like(X)
+        for surface in reversed(surfaces[first:]):
+            fine[surface.is_there], depth_m[surface.is_there] = surface.grey, surface.depth_m
+        grey = pixels_of(fine).astype(np.float32)[..., None].repeat(3, -1)
+        middle = depth_m[FINE // 2 :: FINE, FINE // 2 :: FINE].astype(np.float32)
+        is_beyond = np.zeros_like(middle, bool)  # all surfaces of the pixel are told already
+        for nearer in plates:
+            is_beyond |= nearer.depth_m == middle
+        middle[is_beyond] = np.inf
+        plates.append(plate_of(grey, middle))
+    return with_behind(plates[0], plates[1:])
+
+
+def rendered(renderer: FrameRenderer, plate: Plate) -> Image:
+    renderer.load(plate)
+    return renderer.pixels(Shot(lens_blurring(BLUR_PX, WIDTH), DefocusSettings()))[..., 0]
+
+
+def disc_at(x: float, y: float, radius_px: float) -> np.ndarray:
+    return np.hypot(X - x, Y - y) < radius_px
+
+
+def test_lamp_behind_edge_of_near_card_has_no_dots(renderer: FrameRenderer) -> None:
+    """The rim of the hidden lamp lies on the depth of the wall behind it, which is in focus."""
+    card = Surface(-40.0, X < 70, DARK)
+    lamp = Surface(-3.5, disc_at(58.3, 47.6, 7.2), LAMP)
+    surfaces = [card, lamp, WALL]
+    found, truth = rendered(renderer, known_plate(surfaces)), seen_through_lens(surfaces)
+    inside = disc_at(58.3, 47.6, 7.2 + 3)[FINE // 2 :: FINE, FINE // 2 :: FINE]
+    assert np.abs(found - truth)[~inside].max() < 0.1
+    assert np.abs(found - truth)[inside].max() < 0.12 * LAMP
+    assert found[inside].sum() == pytest.approx(truth[inside].sum(), rel=0.05)
+
+
+@pytest.mark.parametrize("coc_px", [-0.6, -3.5, 3.0])
+def test_lamp_is_seen_evenly_through_near_grating(renderer: FrameRenderer, coc_px: float) -> None:
+    """Half of the lens sees each point of the lamp: no stripes, whatever the grating's place."""
+    grating = Surface(-60.0, (X % 10) < 5, DARK)
+    lamp = Surface(coc_px, disc_at(63.4, 48.2, 8.3), LAMP)
+    surfaces = [grating, lamp, WALL] if coc_px < 0 else [grating, WALL, lamp]
+    if coc_px > 0:
+        surfaces[1] = Surface(0.0, disc_at(63.4, 48.2, 30.0) == 0, DARK)  # a hole before the lamp
+        surfaces.append(Surface(BLUR_PX, EVERYWHERE, DARK))
+    found, truth = rendered(renderer, known_plate(surfaces)), seen_through_lens(surfaces)
+    inside = disc_at(63.4, 48.2, 5.0)[FINE // 2 :: FINE, FINE // 2 :: FINE]
+    assert truth[inside].std() < 0.05 * LAMP
+    assert found[inside].mean() == pytest.approx(truth[inside].mean(), rel=0.12)
+    assert found[inside].std() < 0.07 * LAMP
+
+
+def test_lamp_before_bright_window_has_no_dark_ring(renderer: FrameRenderer) -> None:
+    """Diffused, a lamp would take light from the window around it: its kernel ripples."""
+    color = np.full((HEIGHT, WIDTH, 3), 3.0, np.float32)
+    depth_m = np.full((HEIGHT, WIDTH), FAR_M, np.float32)
+    color[44:52, 60:68] = 80.0
+    assert rendered(renderer, plate_of(color, depth_m)).min() > 0.98 * 3.0
