@@ -11,7 +11,8 @@
 // next visible pixel, its two ends.
 // More words: cost, squared difference of the two ends of a direction; similarity, 0 to 1, falls with the cost; listed,
 // taken from a fragment list (with LISTS); known, the share of a pixel that needs no guess; structure_share, how far
-// the guess follows the directions with similar ends, and smooth_share, how far it is smooth: together 1.
+// the guess follows the directions with similar ends, and smooth_share, how far it is smooth: together 1; line, all
+// that is visible of a row or a column, which the guess follows behind wide things.
 //
 // Inputs
 //   cost_tx           one channel a direction (hidden_cost.comp.glsl), NO_COST for visible blocks beside hidden ones
@@ -48,6 +49,10 @@ layout(rg32f) uniform image2D state_img;
 #define ALIKE_TO 0.4           // similarity of the best direction above which the guess follows structure
 #define DULL_REACH 0.8         // share of the distance to an end that is averaged behind it where the guess is smooth
 #define ONE_END_WEIGHT 0.02    // weight of an end without a partner: it gives color but no structure
+#define LEAST_STEADINESS 1e-9  // added to the similarity where the guess follows lines
+#define DIAGONAL_LOSS 40.0     // how much less diagonals count where lines are followed, as a logarithm
+#define LINE_NEAR 2.0          // distance of an end, in steps of a line, at which its weight is 1/e
+#define LINE_BEHIND 3.0        // how far the pixels behind an end are averaged where lines are followed, in steps
 #define BEHIND_REACH 0.26      // share of an end's diameter that is averaged behind it, with falling weight
 #define BEHIND_MOST 64         // samples are 1, 2, 4 .. 32 pixels behind an end, each for its whole interval
 
@@ -148,6 +153,32 @@ float smooth_share_of(ivec2 ends[HIDDEN_DIRECTIONS], vec4 cost) {
     return 1.0 - smoothstep(0.0, ALIKE_TO, most_similar);
 }
 
+struct EndWeights {
+    vec2 weight;     // of the ends ahead and back; that of an end that does not exist means nothing
+    vec2 smooth_px;  // how far the pixels behind each are averaged at least
+};
+
+// The weights of the two ends of direction k by their similarity and distance. Where the guess follows lines, only rows
+// and columns count, the similarity is that of the whole line, and a line with one end goes on too.
+EndWeights weights_of(int k, ivec2 ends, float cost, float line_share, float smooth_share) {
+    vec2 ends_px = vec2(ends);
+    float step_px = STEP_LENGTH[k], both_px = ends_px.x + ends_px.y;
+    bool has_both = min(ends_px.x, ends_px.y) > 0.0;
+    float similarity = similarity_of(cost) + mix(LEAST_SIMILARITY, LEAST_STEADINESS, line_share);
+    if (!has_both) similarity = mix(ONE_END_WEIGHT, similarity, line_share);
+    if (k > 1) similarity *= exp(-DIAGONAL_LOSS * line_share);
+    // Raised to the power 0 where the guess is smooth, similarity does not count.
+    float alike = pow(similarity, 1.0 - smooth_share), length_px = (has_both ? 1.0 : 2.0) * both_px * step_px;
+    float line_px = float(max(line_step_px, 1));
+    vec2 near = exp(-ends_px / (LINE_NEAR * line_px)) * step(0.5, ends_px) + 1e-12;
+    vec2 by_ends = (has_both ? ends_px.yx / both_px : vec2(1.0)) / pow(length_px, DISTANCE_POWER);
+    vec2 by_line = near * inversesqrt(near.x + near.y);
+    vec2 smooth_px = has_both ? DULL_REACH * smooth_share * step_px * ends_px : vec2(0.0);
+    // Weights are mixed by their logarithms, as the costs are.
+    vec2 weight = alike * exp(mix(log(max(by_ends, 1e-12)), log(by_line), line_share));
+    return EndWeights(weight, mix(smooth_px, vec2(LINE_BEHIND * line_px), line_share));
+}
+
 // Makes the guess for a pixel: the weighted mean of the ends of all directions. If no end is within reach, nothing is
 // added; the loops end after one round, which costs less on a software rasterizer than a branch
 // (lib/visible_bits.lib.glsl).
@@ -155,24 +186,20 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     ivec2 ends[HIDDEN_DIRECTIONS];
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
     bool is_in_reach = !is_beyond_reach(ends);
-    vec4 cost = mean_cost(at >> 1, is_in_reach);
+    float line_share = line_share_of(ends[0], ends[1]);
+    vec4 cost = mix(mean_cost(at >> 1, is_in_reach), texelFetch(cost_tx, at >> 1, 0), line_share);
     Content sum = Content(vec4(0.0), 0.0);
-    float weights = 0.0, smooth_share = smooth_share_of(ends, cost), structure_share = 1.0 - smooth_share;
-    int k = 0;
+    float weights = 0.0, smooth_share = (1.0 - line_share) * smooth_share_of(ends, cost);
+    int k = 0, directions = line_share < 1.0 ? HIDDEN_DIRECTIONS : 2;  // where lines alone decide, no diagonals
     do {
-        float ahead_px = float(ends[k].x), back_px = float(ends[k].y), step_px = STEP_LENGTH[k];
-        bool has_both = min(ahead_px, back_px) > 0.0;
-        float similarity = has_both ? similarity_of(cost[k]) + LEAST_SIMILARITY : ONE_END_WEIGHT;
-        float length_px = (has_both ? 1.0 : 2.0) * (ahead_px + back_px) * step_px;
-        // Raised to the power 0 where the guess is smooth, similarity does not count.
-        float weight = pow(similarity, structure_share) / pow(length_px, DISTANCE_POWER);
-        float to_back = ahead_px / (ahead_px + back_px);
-        float smooth_px = has_both ? DULL_REACH * smooth_share * step_px : 0.0;
-        Content end_ahead = end_at(at + ends[k].x * DIRECTION[k], DIRECTION[k], step_px, smooth_px * ahead_px, size);
-        Content end_back = end_at(at - ends[k].y * DIRECTION[k], -DIRECTION[k], step_px, smooth_px * back_px, size);
-        if (is_in_reach && ahead_px > 0.0) add(sum, weights, has_both ? weight * (1.0 - to_back) : weight, end_ahead);
-        if (is_in_reach && back_px > 0.0) add(sum, weights, has_both ? weight * to_back : weight, end_back);
-    } while (is_in_reach && ++k < HIDDEN_DIRECTIONS);
+        EndWeights ends_weight = weights_of(k, ends[k], cost[k], line_share, smooth_share);
+        vec2 smooth_px = ends_weight.smooth_px;
+        float step_px = STEP_LENGTH[k];
+        Content end_ahead = end_at(at + ends[k].x * DIRECTION[k], DIRECTION[k], step_px, smooth_px.x, size);
+        Content end_back = end_at(at - ends[k].y * DIRECTION[k], -DIRECTION[k], step_px, smooth_px.y, size);
+        if (is_in_reach && ends[k].x > 0) add(sum, weights, ends_weight.weight.x, end_ahead);
+        if (is_in_reach && ends[k].y > 0) add(sum, weights, ends_weight.weight.y, end_back);
+    } while (is_in_reach && ++k < directions);
     guess = Guess(nearest_of(ends), vec4(0.0), 0.0);
     if (weights == 0.0) {    // no pixel of this layer is visible near enough in any direction
         guess.gap_px = 0.0;  // lists are used alone

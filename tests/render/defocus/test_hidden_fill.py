@@ -16,7 +16,11 @@ PADDING_PX = (5, 3)  # a smaller layer is in the corner of its textures
 
 
 def fill_hidden(
-    ctx: Device, layer: FloatArray, state: FloatArray, reach_px: int = 1000
+    ctx: Device,
+    layer: FloatArray,
+    state: FloatArray,
+    reach_px: int = 1000,
+    follows_lines: bool = False,
 ) -> tuple[FloatArray, FloatArray]:
     size = layer.shape[1::-1]
     whole = size[0] + PADDING_PX[0], size[1] + PADDING_PX[1]
@@ -34,7 +38,8 @@ def fill_hidden(
     cost = new_texture(ctx, blocks_for(whole, 2), 4)
     upload(cost, np.full((*blocks_for(whole, 2)[::-1], 4), np.nan, np.float32))
     scratch = HiddenScratch(bits, ctx.buffer(reserve=list_bytes(size)), cost)
-    list(HiddenFillPass(ctx).steps(target, pixels, scratch, reach_px))
+    fill = HiddenFillPass(ctx).steps(target, pixels, scratch, reach_px, follows_lines=follows_lines)
+    list(fill)
     check_blocks(scratch.blocks, layer[..., 3] < 0)
     found = download(target.color), download(target.state)
     for texture in found:
@@ -106,6 +111,24 @@ def test_hidden_fill_continues_dark_bars_behind_wide_surface(ctx: Device) -> Non
         assert abs(guess[leaf].mean() / window[leaf].mean() - 1.0) < 0.15
         assert (guess[leaf & is_bar] < 0.7).mean() > 0.6
         assert (guess[leaf & ~is_bar] > 0.7).mean() > 0.9
+
+
+def test_hidden_fill_continues_bars_that_only_one_side_shows(ctx: Device) -> None:
+    """Upright bars go on behind leaves that hide the upper ends, although both panes are nearer.
+
+    The bars are a layer of their own before a farther one, which the panes leave open.
+    """
+    y, x = np.mgrid[:240, :320] + 0.5
+    is_bar = (x % 80 < 8) | (y % 120 < 8)
+    coverage = np.where(is_bar, 1.0, 0.0)[..., None]
+    layer = np.concatenate([0.03 * coverage.repeat(3, -1), coverage], -1).astype(np.float32)
+    for middle_x in (84, 90, 164):
+        leaf = ((x - middle_x) / 30) ** 2 + ((y - 20) / 70) ** 2 < 1
+        hidden_layer = np.where(leaf[..., None], HIDDEN, layer).astype(np.float32)
+        state = np.where(leaf[..., None], 0.0, (0.0, 1.0)).astype(np.float32)
+        guess = fill_hidden(ctx, hidden_layer, state, follows_lines=True)[0][..., 3]
+        assert guess[leaf & is_bar & (y % 120 > 8)].mean() > 0.6
+        assert guess[leaf & ~is_bar].mean() < 0.05
 
 
 def test_hidden_fill_crosses_gap_longer_than_mask_word(ctx: Device) -> None:

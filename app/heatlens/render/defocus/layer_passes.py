@@ -1,5 +1,6 @@
 """Cut out one depth layer, complete it for the blur, and composite it afterwards."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -114,6 +115,9 @@ class HiddenScratch:
         return {"bits_block": self.bits, "two_lists_block": self.blocks}
 
 
+_LINE_STEPS = 107  # samples of a line along the longer side of a picture
+
+
 # Color follows the direction whose two ends are most alike; only the coc is diffused. The paper
 # fills color by diffusion too, but along rows and columns that does not join a stripe that a wire
 # interrupts. Tried and worse: no fill behind the focus, with the blurred color divided by the
@@ -140,11 +144,13 @@ class HiddenFillPass:
         scratch: HiddenScratch,
         reach_px: int,
         around: Texture | None = None,
+        follows_lines: bool = False,
     ) -> Iterator[None]:
         """Fill the hidden `pixels` of `layer` in place, in short steps.
 
         Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty. `around`
-        is that of `UnmixedPicture`, for a layer that may hold highlights.
+        is that of `UnmixedPicture`, for a layer that may hold highlights. With `follows_lines` bars
+        go on behind wide things.
         """
         info_textures: _Textures = {} if layer.list_info is None else {"listed_tx": layer.list_info}
         match_inputs, out_match, match_textures = _match_textures(layer, scratch)
@@ -152,9 +158,13 @@ class HiddenFillPass:
         self._list_blocks(layer, pixels, scratch, cost_images)
         yield
         fill_buffers = scratch.lists
-        cost = self._cost_programs.version(MATCHED=bool(match_textures))
+        cost = self._cost_programs.version(MATCHED=bool(match_textures), LINES=follows_lines)
         fill = self._fill_programs.version(LISTS=bool(info_textures), MATCHED=bool(match_textures))
-        uniforms: dict[str, object] = {"reach_px": reach_px, "layer_size": layer.size}
+        uniforms: dict[str, object] = {
+            "reach_px": reach_px,
+            "layer_size": layer.size,
+            "line_step_px": math.ceil(max(layer.size) / _LINE_STEPS) if follows_lines else 0,
+        }
         for slice_uniforms in self._slices.of(layer.size):
             cost.dispatch(
                 scratch.blocks,

@@ -56,6 +56,12 @@ class LayerPlan:
         low_px, high_px = self.coc_range_px
         return low_px < 1.0 and high_px > -1.0
 
+    @property
+    def shows_shapes(self) -> bool:
+        """True if the layer shows the shapes of things in focus before something farther."""
+        is_beside_focus = self.is_in_focus and not self.cut.is_before_focus
+        return is_beside_focus and self.reduction == 1 and not self.cut.is_farthest
+
     def size(self, picture: tuple[int, int]) -> tuple[int, int]:
         """Return width and height of the layer, given those of the picture, rounded up."""
         return -(-picture[0] // self.reduction), -(-picture[1] // self.reduction)

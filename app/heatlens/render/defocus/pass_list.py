@@ -168,7 +168,11 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "hidden fill",
-        _comp("hidden_blocks", "hidden_cost", variants=without_and_with("MATCHED"))
+        _comp("hidden_blocks", variants=without_and_with("MATCHED"))
+        | _comp(
+            "hidden_cost",
+            variants=combine_variants(without_and_with("MATCHED"), without_and_with("LINES")),
+        )
         | _comp("hidden_fill", variants=_MATCHED),
         pass_costs.hidden_fill_bytes,
         reads_last=("known", "hidden list"),
