@@ -13,9 +13,10 @@ vec3 finite(vec3 light) {
     return mix(clamp(light, -LIGHT_MAX, LIGHT_MAX), vec3(0.0), isnan(light));
 }
 
-// The display values of scene-linear rgb.
+// The display values of scene-linear rgb. The condition is not of the uniform alone, for which lavapipe of Mesa 22 would
+// build the program anew for each run and never free it.
 vec3 to_display(vec3 light) {
     vec3 shown = view_transform(vec4(exposure_scale * finite(light), 1.0)).rgb;
-    if (inverse_gamma == 1.0) return shown;
+    if (shown == vec3(0.0) || inverse_gamma == 1.0) return shown;
     return sign(shown) * pow(abs(shown), vec3(inverse_gamma));
 }
