@@ -67,10 +67,14 @@ def _children(process: int) -> list[int]:
 
 def _is_awake(process: int) -> bool:
     """Return whether a thread of a process computes, or would if there were a processor for it."""
-    for stat in Path(f"/proc/{process}/task").glob("*/stat"):
-        with suppress(OSError):  # the thread has just ended
-            if stat.read_text().rpartition(")")[2].split()[0] in "RD":
-                return True
+    with suppress(OSError):  # the process has just ended
+        return any(map(_computes, list(Path(f"/proc/{process}/task").iterdir())))
+    return False
+
+
+def _computes(thread: Path) -> bool:
+    with suppress(OSError):  # the thread has just ended
+        return (thread / "stat").read_text().rpartition(")")[2].split()[0] in "RD"
     return False
 
 

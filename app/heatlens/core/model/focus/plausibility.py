@@ -226,7 +226,7 @@ def _focus_hint(focus_m: float, span: DepthSpan) -> str:
         and not (likely_scene_units and span.unit_m != 1.0)
     ):
         unit = likely_focus_units[0]
-        return f"If {_UNIT_NAMES[unit]} are meant, say --focus-distance {focus_m:g}{unit}."
+        return f"If {_UNIT_NAMES[unit]} are meant, say --focus-distance {focus_m:.4g}{unit}."
     return _unit_question(span, likely_scene_units[:2]) if likely_scene_units else ""
 
 
