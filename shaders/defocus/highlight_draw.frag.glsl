@@ -141,10 +141,10 @@ vec4 covers_around(vec2 at, float low, float high, bool includes_visible, bool i
     return 1.0 - uncovered;
 }
 
-// Share of the highlight that is hidden at the steps `listed_steps` (bits) by listed surfaces, which may be behind a
-// nearer visible one, and at the steps `mixed_steps` by pixels that show several surfaces.
-float hidden_by_lists(Ray ray, uint listed_steps, uint mixed_steps) {
-    float hidden = 0.0;
+// Share of the highlight that is hidden by visible surfaces (`hidden`), at the steps `listed_steps` (bits) by listed
+// surfaces, which may be behind a nearer visible one, or at the steps `mixed_steps` by pixels that show several surfaces.
+// What is wholly hidden already needs no search, which is the largest part of a ray's time.
+float hidden_by_lists(Ray ray, uint listed_steps, uint mixed_steps, float hidden) {
     uint passed = 0u;  // fragments of this step already looked at; one flat loop goes over all steps and fragments
     while ((listed_steps | mixed_steps) != 0u && hidden < 1.0) {
         bool is_listed = listed_steps != 0u;  // the listed steps are examined first, then the mixed ones
@@ -212,7 +212,7 @@ float hidden_share(vec2 at, vec2 center, float coc) {
         visible_steps ^= step_bit;
     } while (visible_steps != 0u && hidden < 1.0);
 #ifdef LISTS
-    hidden = max(hidden, hidden_by_lists(ray, listed_steps, mixed_steps));
+    hidden = hidden_by_lists(ray, listed_steps, mixed_steps, hidden);
 #endif
     return hidden;
 }
