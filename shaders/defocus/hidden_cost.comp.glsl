@@ -155,12 +155,8 @@ void compare_ends(uint listed) {
     ivec2 ends[HIDDEN_DIRECTIONS];
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, layer_size);
     bool is_in_reach = !is_beyond_reach(ends);  // the lens never sees a pixel beyond reach
-#ifdef LINES
     float line_share = is_in_reach ? line_share_of(ends[0], ends[1]) : 0.0;
     int taps = is_in_reach && line_share < 1.0 ? TAPS : 0;  // where lines alone decide, ends are not compared
-#else
-    int taps = is_in_reach ? TAPS : 0;
-#endif
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k)
         if (all(greaterThan(ends[k], ivec2(0)))) cost[k] = cost_of(at, k, ends[k], taps);
 #ifdef LINES

@@ -16,19 +16,22 @@ ivec2 neighbor_block(ivec2 block, int i) {
     return clamp(block + ivec2(i % 3, i / 3) - 1, ivec2(0), (layer_size - 1) / 2);
 }
 
-// Behind a wide thing the guess follows a whole row or column of the layer, not only its two ends. A gap is the
-// number of pixels between the two ends of a row or a column, and the shorter one counts. Where neither has two ends,
-// lines would only extrapolate, and are not followed.
-uniform int line_step_px;  // pixels from one sample of a line to the next, in proportion to the picture; 0: no lines
+// With LINES, behind a wide thing the guess follows a whole row or column of the layer, not only its two ends. A gap is
+// the number of pixels between the two ends of a row or a column, and the shorter one counts. Where neither has two
+// ends, lines would only extrapolate, and are not followed.
+uniform int line_step_px;  // pixels from one sample of a line to the next, in proportion to the picture
 #define NARROW_GAP 1.3     // gap, in steps, up to which the ends alone decide
 #define WIDE_GAP 2.7       // gap from which lines alone decide
 #define NO_GAP 1e6         // gap of a line without two ends
 
 // Degree to which the guess follows lines, 0..1. `across` and `down` have the steps to the ends of row and column.
 float line_share_of(ivec2 across, ivec2 down) {
-    if (line_step_px == 0) return 0.0;
+#ifdef LINES
     float row_px = min(across.x, across.y) > 0 ? float(across.x + across.y) : NO_GAP;
     float column_px = min(down.x, down.y) > 0 ? float(down.x + down.y) : NO_GAP;
     float gap_px = min(row_px, column_px);
     return gap_px < NO_GAP ? smoothstep(NARROW_GAP, WIDE_GAP, gap_px / float(line_step_px)) : 0.0;
+#else
+    return 0.0;
+#endif
 }

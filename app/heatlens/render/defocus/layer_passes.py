@@ -159,11 +159,13 @@ class HiddenFillPass:
         yield
         fill_buffers = scratch.lists
         cost = self._cost_programs.version(MATCHED=bool(match_textures), LINES=follows_lines)
-        fill = self._fill_programs.version(LISTS=bool(info_textures), MATCHED=bool(match_textures))
+        fill = self._fill_programs.version(
+            LISTS=bool(info_textures), MATCHED=bool(match_textures), LINES=follows_lines
+        )
         uniforms: dict[str, object] = {
             "reach_px": reach_px,
             "layer_size": layer.size,
-            "line_step_px": math.ceil(max(layer.size) / _LINE_STEPS) if follows_lines else 0,
+            "line_step_px": math.ceil(max(layer.size) / _LINE_STEPS),
         }
         for slice_uniforms in self._slices.of(layer.size):
             cost.dispatch(

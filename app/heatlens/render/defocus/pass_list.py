@@ -173,7 +173,7 @@ PASSES: tuple[Pass, ...] = (
             "hidden_cost",
             variants=combine_variants(without_and_with("MATCHED"), without_and_with("LINES")),
         )
-        | _comp("hidden_fill", variants=_MATCHED),
+        | _comp("hidden_fill", variants=combine_variants(_MATCHED, without_and_with("LINES"))),
         pass_costs.hidden_fill_bytes,
         reads_last=("known", "hidden list"),
         private_memory=_own_memory("hidden blocks", "hidden cost", "hidden match"),
