@@ -17,6 +17,7 @@ from heatlens.render.defocus.optics import Optics
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
 from heatlens.render.scene_gpu.overscan import Overscan, RingSurvey, texels_per_pixel
+from heatlens.render.scene_gpu.pinhole_draw import FIRST_VIEWS, PINHOLE_VIEWS
 from support.scenes import NIGHT, lamp, placement, plane, scene_of
 
 SIZE = (96, 64)
@@ -52,6 +53,21 @@ def test_light_beside_frame_blurs_in_as_through_the_lens(looking):
     assert blurred.shape == truth.shape
     assert truth[:, -1, 0].max() > 0.3  # three times the wall
     assert np.abs(blurred - truth)[..., :3].max() < 0.15 * truth[..., :3].max()
+
+
+def test_first_samples_of_the_whole_picture_are_not_drawn_again(looking):
+    shot = shot_at(2.0, WALL_M)
+
+    def step_count_and_light(*stages: int) -> tuple[int, np.ndarray]:
+        looking.load_scene(lamp_beside_the_frame())  # forget what is drawn
+        for views in stages:
+            count = sum(1 for _ in looking.load_pinhole_steps(shot, 1, views))
+        return count, download(looking.loaded.color)
+
+    after_first, light = step_count_and_light(FIRST_VIEWS, PINHOLE_VIEWS)
+    alone, light_alone = step_count_and_light(PINHOLE_VIEWS)
+    assert after_first < alone
+    np.testing.assert_array_equal(light, light_alone)
 
 
 def test_overscan_is_left_out_of_hurried_image_and_of_sharp_one(looking):

@@ -11,7 +11,7 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.camera_track import Pose
 from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.shot import Shot
-from heatlens.render.scene_gpu.pinhole_draw import PINHOLE_VIEWS
+from heatlens.render.scene_gpu.pinhole_draw import FIRST_VIEWS, PINHOLE_VIEWS
 from heatlens.studio.session.opened.scene_preview import SLOW_S, ScenePreview
 
 SIZE = (640, 360)
@@ -93,7 +93,7 @@ def test_first_scene_preview_is_drawn_at_once_and_refined_without_wait(per_px_s)
     assert machine.drawn_pictures == [(160, 90, 1)] and not preview.is_whole
     refine_until_whole(preview, machine)
     is_soon = per_px_s * SIZE[0] * SIZE[1] * PINHOLE_VIEWS <= 0.25
-    steps = [1, PINHOLE_VIEWS] if is_soon else [1, 16, PINHOLE_VIEWS]
+    steps = [1, PINHOLE_VIEWS] if is_soon else [1, FIRST_VIEWS, PINHOLE_VIEWS]
     assert machine.drawn_pictures[1:] == [(*SIZE, views) for views in steps]
     assert preview.is_good
 

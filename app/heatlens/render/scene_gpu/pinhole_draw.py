@@ -41,8 +41,9 @@ ColorAndDepth = tuple[Texture, Texture]  # color and depth
 # or brighter than they are, and a blur would spread the error.
 PINHOLE_VIEWS = SAMPLES
 _FEW_ACROSS = 2  # samples that every pixel gets; some need no more
-_GOOD_ACROSS = 4  # samples of every pixel if none gets more
-_OVERSCAN_FROM_VIEWS = 16  # fewer are drawn only during movement, when nobody looks at the border
+# Fewer samples are drawn only during movement, when nobody looks at the border. A picture of so
+# many is the beginning of the whole one, which does not draw these samples again.
+FIRST_VIEWS = _FEW_ACROSS**2
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +96,7 @@ class PinholeDraw:
 
     def steps(self, request: Request) -> Generator[str, None, DrawnPinhole]:
         """Draw the requested picture and return it; the other bank of textures stays as it is."""
-        is_fast = request.views < _OVERSCAN_FROM_VIEWS
+        is_fast = request.views < FIRST_VIEWS
         return (yield from (self._draw_fast if is_fast else self._draw_with_margin)(request))
 
     def release(self) -> None:
@@ -126,7 +127,7 @@ class PinholeDraw:
         view = refine_view(self._view(request, margin), fine)
         color, depth = self._textures("wide", request.bank, view.size)
         is_peeled = request.views >= PINHOLE_VIEWS
-        across = _FEW_ACROSS if is_peeled else _GOOD_ACROSS
+        across = _FEW_ACROSS if is_peeled else math.isqrt(request.views)
         yield from self._draw_color(view, across // fine, fine, color, request)
         yield from self._draw_depth(view, request.frame, depth)
         rings_m, bins = self._rings.of(depth, fine * margin), self._survey.of(depth).dioptres

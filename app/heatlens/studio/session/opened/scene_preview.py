@@ -9,7 +9,7 @@ from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.shot import Shot
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer
-from heatlens.render.scene_gpu.pinhole_draw import PINHOLE_VIEWS
+from heatlens.render.scene_gpu.pinhole_draw import FIRST_VIEWS, PINHOLE_VIEWS
 from heatlens.render.source.pinhole import Pinhole
 
 # Longest time between two checks for input, and the time below which a step counts as quick.
@@ -44,8 +44,9 @@ class Pace:
 _REST_S = 0.08  # without movement for this long, the input rests
 _BUDGET_S = 0.03  # time for drawing while something moves
 _SCALES = (1.0, 1 / 2, 1 / 4)
-_MORE_VIEWS_S = 0.006  # time for antialiasing views beyond the first while something moves
-_GOOD_VIEWS = 16  # this many views are good enough to be blurred before all are drawn ...
+# The time for antialiasing views beyond the first while something moves, and how many at most.
+_MORE_VIEWS_S, _MOVING_VIEWS_MOST = 0.006, 16
+_GOOD_VIEWS = FIRST_VIEWS  # these are good enough to be blurred before all are drawn ...
 _ALL_AT_ONCE_S = 0.25  # ... unless all of them together take no longer than this
 
 
@@ -125,9 +126,10 @@ class ScenePreview:
                 return
         self._scale, self._views, self._refinement = 1.0, self._refinement_views, None
 
-    # A pixel has 16 samples, and 48 more only where these differ. The first 16 are good enough for
-    # a quick blur. The whole blur waits for all of them, because a film picture of 16 views would
-    # only be replaced by one of 64.
+    # A pixel has 4 samples, and 48 more only where these differ. The first 4 are good enough for a
+    # quick blur, and are not drawn again for the rest. A stage of 16 samples took a quarter of the
+    # time to the whole picture. The whole blur waits for all of them, because a film picture of
+    # fewer would only be replaced.
     def _next_views(self, shot: Shot) -> int:
         """Return how many views the next picture of the refinement has."""
         is_soon = self._full_size_view_s(shot) * PINHOLE_VIEWS <= _ALL_AT_ONCE_S
@@ -160,5 +162,5 @@ class ScenePreview:
 
     def _fitting_views(self, shot: Shot) -> int:
         """Return how many views fit the time: a power of two, whose samples are evenly spread."""
-        view_count = min(_MORE_VIEWS_S / self._full_size_view_s(shot), float(_GOOD_VIEWS))
+        view_count = min(_MORE_VIEWS_S / self._full_size_view_s(shot), float(_MOVING_VIEWS_MOST))
         return int(2 ** math.floor(math.log2(view_count))) if view_count >= 1 else 1

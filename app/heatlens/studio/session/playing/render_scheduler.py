@@ -119,7 +119,7 @@ def next_work(state: WorkState) -> NextWork:
     return NextWork(Work.SIDE, state.sides[side].wait_s, side)
 
 
-# A scene is blurred only once it is good, because a film picture of 16 antialiasing views would
+# A scene is blurred only once it is good, because a film picture of few antialiasing views would
 # only be replaced by one of 64. An answer does not wait for that, as a quick picture of a coarse
 # plate is better than none.
 def _next_side(state: WorkState) -> int | None:
