@@ -231,8 +231,10 @@ def test_speed_gives_the_picture_the_rest_of_a_frame():
     assert slow.budget_s == pytest.approx(0.04 - 0.02)
     slow.note_frame(0.1, 0.05, is_dragging=False)
     assert slow.window_s == pytest.approx(0.02 + 0.2 * (0.05 - 0.02))
+    slow.window_s, slow.has_window = 0.08, True
+    assert slow.answer_s == pytest.approx(2 * 0.08)  # another frame of the window would take longer
     slow.window_s = 1.0
-    assert slow.budget_s == 0.012
+    assert slow.budget_s == 0.012 and slow.answer_s == 0.2
     slow.note_frame(0.3, 0.0, is_dragging=True)
     assert slow.mean_ms() == pytest.approx(200.0) and slow.pictures_per_second() is None
     slow.note_frame(0.2, 0.1, is_dragging=True)

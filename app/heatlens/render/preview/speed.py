@@ -14,6 +14,9 @@ _FRAME_SOFTWARE_S, _MIN_BUDGET_S = 0.068, 0.012
 # latency, so the answer comes sooner, with a coarser picture if necessary.
 _FRAME_RING_S = 0.04
 _MAX_BUDGETS = 2.0  # budgets that a picture may take before it continues between the frames
+# Where a processor draws the window, a frame without the picture costs as much as it delays the
+# picture, so that a picture may take as long as two such frames, but no longer than this.
+_MAX_WINDOWS, _ANSWER_MOST_S = 2.0, 0.2
 _NEWEST_WEIGHT = 0.2  # weight of the newest frame in a running mean
 
 
@@ -46,7 +49,10 @@ class Speed:
     @property
     def answer_s(self) -> float:
         """The longest time for a picture before input is handled again."""
-        return _MAX_BUDGETS * self.budget_s if self.has_window else math.inf
+        if not self.has_window:
+            return math.inf
+        of_window_s = min(_MAX_WINDOWS * self.window_s, _ANSWER_MOST_S) if self.is_software else 0.0
+        return max(_MAX_BUDGETS * self.budget_s, of_window_s)
 
     @property
     def budget_s(self) -> float:
