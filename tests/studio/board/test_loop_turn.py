@@ -1,5 +1,7 @@
 """The turn of the loop that window and pages share: due frames, sleep and rendering."""
 
+import time
+
 import pytest
 
 from heatlens.studio.board.loop_turn import LoopTurn
@@ -44,6 +46,13 @@ def test_loop_sleeps_until_the_earliest_need_and_not_while_a_frame_is_due(sessio
     assert turn.seconds_to_sleep(0.25, None) == min(0.25, own_wait_s or 0.25)
     turn.draw_soon()
     assert turn.seconds_to_sleep(0.25) == 0.0
+
+
+def test_input_rests_only_after_the_frame_that_answers_it(session, turn):
+    turn_the_lens(session, turn)
+    shown_s = []
+    turn.make_frame(show=lambda: shown_s.append(time.perf_counter()))
+    assert session.pictures.live._changed_at >= shown_s[0]
 
 
 def test_rendering_requests_frames_that_show_it_and_ends(session, turn):

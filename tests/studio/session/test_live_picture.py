@@ -352,6 +352,18 @@ def test_work_waits_until_the_input_rests():
     assert machine.clock_s > start_s + SLICE_S
 
 
+def test_rest_counts_from_the_frame_that_shows_the_answer():
+    """Otherwise a slow frame of the window would use the rest up, and a drag would seem at rest."""
+    machine, live = measured_machine_and_picture(0.1)
+    live.request(shots(1)[0], 0, BUDGET_S)
+    shown = live.output
+    machine.clock_s += 10.0  # the window draws its frame
+    live.begin_rest()
+    assert live.seconds_to_rest() > 0
+    live.work(SLICE_S)
+    assert live.output is shown and live.is_working
+
+
 def test_new_request_drops_the_picture_in_progress():
     machine, live = measured_machine_and_picture(0.3)
     first, second = shots(2)

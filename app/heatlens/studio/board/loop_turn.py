@@ -94,6 +94,8 @@ class LoopTurn:
         self._session.note_drawn()
         is_new = live.output is not None and live.output is not old_picture
         seconds, picture_s = time.perf_counter() - start_s, live.request_s - old_request_s
+        if picture_s > 0.0:
+            self._session.pictures.sides.begin_rest()
         self._session.time.speed.note_frame(seconds, picture_s, is_held() and is_new)
         self._drawn_s, self._drawn_key = start_s, self._scheduler.drawing_key
         return is_new

@@ -236,6 +236,10 @@ class LivePicture:
         """The number of the plate of the requested picture; None without a request."""
         return None if self._request is None else self._request.plate
 
+    def begin_rest(self) -> None:
+        """Count the rest from now: the answer to the latest change is on the screen."""
+        self._changed_at = self._clock()
+
     def seconds_to_rest(self) -> float:
         """Return the seconds until the whole picture may be started; 0 if it may start now."""
         return 0.0 if self.is_answering else max(0.0, self._changed_at + _REST_S - self._clock())
