@@ -342,7 +342,9 @@ def test_shot_new_rejects_missing_or_unreadable_camera_file(capsys, folder):
 
 def test_shot_new_rejects_json_that_is_no_camera(capsys, folder):
     words = ("shot", "new", "p.exr", "-o", "t.heatlens.json", "--camera", "s.heatlens.json")
-    assert "this is a shot of heatlens: give the file of a camera" in run_refused(capsys, folder, *words)
+    assert "this is a shot of heatlens: give the file of a camera" in run_refused(
+        capsys, folder, *words
+    )
     with open("x.json", "w", encoding="utf-8") as file:
         json.dump([1], file)
     assert "no camera of heatlens" in run_refused(capsys, folder, *words[:-1], "x.json")
