@@ -8,7 +8,7 @@
 //
 // Inputs (those from highlight_draw.vert.glsl are declared below)
 //   coc_tx            r coc of the visible surface of each pixel
-//   kind_tx           r kind, g coc of the first listed fragment (lib/kind.lib.glsl)
+//   kind_tx           r kind, g coc of the nearest surface, b of the first listed fragment (lib/kind.lib.glsl)
 //   far_tx, near_tx   surfaces of edge pixels (unmix_far.comp.glsl): of far_tx a coverage of the near surface, of
 //                     near_tx a its coc
 //   cutout_tx, cutout_coc_tx   a share of the pixel and r coc of the cutout, if has_cutout (cutout_over.comp.glsl)
@@ -68,14 +68,22 @@ out vec4 out_light;
 // the difference to the highlight.
 #define SAME_COC_PX 1.0
 #define SAME_COC_SHARE 0.25
+#define MAGNIFIED 1.5       // magnification of an edge from which its pixels count with their coverage
+#define MAGNIFIED_FULL 3.0  // from here on with all of it
 
-// Of the four pixels around a position: the coordinates to gather them at, their coc, that of these which is closest to
-// the coc `level`, and their bilinear weights, in the order of textureGather. GPUs round the gather position; the corner shared by the four texels
-// makes the gathered texels match the weights.
+// Of the four pixels around a position: the coordinates to gather them at, their coc, the coc of the nearest surface that
+// covers a part of each, that of all these which is closest to the coc `level`, their kinds, and their bilinear weights,
+// in the order of textureGather. GPUs round the gather position; the corner shared by the four texels makes the gathered
+// texels match the weights.
 vec2 gather_position(vec2 at) { return (floor(at - 0.5) + 1.0) / vec2(textureSize(coc_tx, 0)); }
 vec4 cocs_around(vec2 at) { return textureGather(coc_tx, gather_position(at)); }
+vec4 nearest_around(vec2 at) { return textureGather(kind_tx, gather_position(at), 1); }
+vec4 kinds_around(vec2 at) { return textureGather(kind_tx, gather_position(at)); }
+vec4 closest(vec4 a, vec4 b, float level) {
+    return mix(a, b, lessThan(abs(b - level), abs(a - level)));
+}
 float coc_around(vec2 at, float level) {
-    vec4 cocs = cocs_around(at), gaps = abs(cocs - level);
+    vec4 cocs = closest(cocs_around(at), nearest_around(at), level), gaps = abs(cocs - level);
     float low = gaps.x < gaps.y ? cocs.x : cocs.y, high = gaps.z < gaps.w ? cocs.z : cocs.w;
     return abs(low - level) < abs(high - level) ? low : high;
 }
@@ -108,15 +116,25 @@ float same_px(Ray ray, float met) { return max(SAME_COC_PX, SAME_COC_SHARE * (ra
 // The coc in the middle of a step.
 float level_at(Ray ray, int step) { return ray.start - (float(step) + 0.5) * ray.step_px; }
 
-// 1 for each of the four surrounding pixels with a surface at the coc `met`. Beside the edge of a nearer surface it is
-// taken to go on behind that: otherwise light would pass in a line of specks.
+// The share of each of the four surrounding pixels that a surface at the coc `met` covers. Beside the edge of a nearer
+// surface it is taken to go on behind that: otherwise light would pass in a line of specks. A disc magnifies the edge of
+// what is only a little nearer than its highlight, by a factor of coc / (coc - met): there an edge pixel counts with its
+// coverage, because whole pixels would end the disc in stairs. What hides the highlight behind a near edge pixel hides
+// all of it.
 vec4 hits_around(Ray ray, vec2 at, float met) {
-    return step(cocs_around(at) - met, vec4(same_px(ray, met)));
+    float same = met + same_px(ray, met), magnified = abs(ray.coc) / (ray.coc - met);
+    vec2 position = gather_position(at);
+    vec4 cocs = cocs_around(at), nearest = nearest_around(at), kinds = kinds_around(at);
+    vec4 covers = textureGather(far_tx, position, 3), behind = textureGather(near_tx, position, 3);
+    vec4 is_far = step(abs(kinds - FAR_EDGE), vec4(0.5)), is_near = step(abs(kinds - NEAR_EDGE), vec4(0.5));
+    vec4 whole = step(cocs, vec4(same)), blurred = smoothstep(SHARP_PX, BLURRED_PX, abs(nearest));
+    vec4 of_far = max(whole, covers * blurred * step(nearest, vec4(same)));
+    vec4 of_near = whole * max(covers, step(behind, vec4(ray.start)));
+    vec4 soft = mix(mix(whole, of_far, is_far), of_near, is_near);
+    return mix(whole, soft, smoothstep(MAGNIFIED, MAGNIFIED_FULL, magnified));
 }
 
 #ifdef LISTS
-vec4 kinds_around(vec2 at) { return textureGather(kind_tx, gather_position(at)); }
-
 // Returns the shares of the four surrounding pixels that listed surfaces with a coc from `low` to `high` cover; 0
 // without a search if `is_needed` is false. If `includes_visible`, the visible surface counts too: it covers a pixel
 // whose list does not begin with it.
@@ -192,7 +210,7 @@ float hidden_share(vec2 at, vec2 center, float coc) {
         float met = coc_around(crossed, level);
         if (is_inside && met < start && abs(met - level) <= ray.step_px) visible_steps |= 1u << k;
 #ifdef LISTS
-        float first = texelFetch(kind_tx, inside(crossed), 0).g;
+        float first = texelFetch(kind_tx, inside(crossed), 0).b;
         if (is_inside && first < min(start, level + ray.step_px)) listed_steps |= 1u << k;
 #endif
     } while (is_inside && ++k < steps);

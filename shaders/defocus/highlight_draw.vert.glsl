@@ -25,7 +25,7 @@ uniform float nearest_px;      // least coc of the picture
 uniform vec2 rows;             // first row of the band that is drawn, and the row after its last, pixels of the picture
 
 #define TILES_MOST 24  // largest number of tiles to read in a row
-#define LOOKUP_PX 2.0  // added to the reach, because the fragment shader reads groups of 2 x 2 pixels
+#define LOOKUP_PX 3.0  // added to the reach: the fragment shader reads 2 x 2 pixels, which know of surfaces beside them
 
 // Least signed coc of the tiles within `reach` of a position; that of the picture if there are too
 // many.

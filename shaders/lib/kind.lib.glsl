@@ -2,7 +2,8 @@
 // other passes read it from kind_tx:
 //
 //   r   the kind, one of the values below
-//   g   with fragment lists: the signed coc of the first listed fragment, or slightly less. It decides whether the
+//   g   the signed coc of the nearest surface that covers a part of the pixel: beside a silhouette, of the nearer side
+//   b   with fragment lists: the signed coc of the first listed fragment, or slightly less. It decides whether the
 //       list is read.
 
 #define UNMIXED 0.0    // no color of another surface is mixed in

@@ -25,11 +25,12 @@ class Surface:
     coc_px: float
     is_there: np.ndarray
     grey: float
+    blur_px: float = BLUR_PX  # at FAR_M
 
     @property
     def depth_m(self) -> float:
-        """The depth with this coc: coc = 2 BLUR_PX (1 - FOCUS_M / z)."""
-        return FOCUS_M / (1.0 - self.coc_px / (2.0 * BLUR_PX))
+        """The depth with this coc: coc = 2 blur_px (1 - FOCUS_M / z)."""
+        return FOCUS_M / (1.0 - self.coc_px / (2.0 * self.blur_px))
 
 
 EVERYWHERE = np.ones_like(X, bool)
@@ -55,8 +56,8 @@ def seen_through_lens(surfaces: list[Surface]) -> np.ndarray:
     return total
 
 
-def known_plate(surfaces: list[Surface]) -> Plate:
-    """Return the plate of the surfaces: a pixel has the depth at its middle, a mean as its grey.
+def plates_of(surfaces: list[Surface]) -> list[Plate]:
+    """Return a plate of each surface: a pixel has the depth at its middle, a mean as its grey.
 
     A plate behind continues what is farther than the one before it; a rim of a surface lies on
     the depth of the next one, as renderers write it.
@@ -73,12 +74,18 @@ def known_plate(surfaces: list[Surface]) -> Plate:
             is_beyond |= nearer.depth_m == middle
         middle[is_beyond] = np.inf
         plates.append(plate_of(grey, middle))
-    return with_behind(plates[0], plates[1:])
+    return plates
 
 
-def rendered(renderer: FrameRenderer, plate: Plate) -> Image:
+def known_plate(surfaces: list[Surface]) -> Plate:
+    """Return the plate of the nearest surfaces, with all others behind it."""
+    visible, *behind = plates_of(surfaces)
+    return with_behind(visible, behind)
+
+
+def rendered(renderer: FrameRenderer, plate: Plate, blur_px: float = BLUR_PX) -> Image:
     renderer.load(plate)
-    return renderer.pixels(Shot(lens_blurring(BLUR_PX, WIDTH), DefocusSettings()))[..., 0]
+    return renderer.pixels(Shot(lens_blurring(blur_px, WIDTH), DefocusSettings()))[..., 0]
 
 
 def disc_at(x: float, y: float, radius_px: float) -> np.ndarray:
@@ -119,3 +126,22 @@ def test_lamp_before_bright_window_has_no_dark_ring(renderer: FrameRenderer) -> 
     depth_m = np.full((HEIGHT, WIDTH), FAR_M, np.float32)
     color[44:52, 60:68] = 80.0
     assert rendered(renderer, plate_of(color, depth_m)).min() > 0.98 * 3.0
+
+
+@pytest.mark.parametrize("is_known", [False, True])
+def test_card_close_before_lamp_cuts_its_disc_straight(
+    renderer: FrameRenderer, is_known: bool
+) -> None:
+    """The disc shows the pixels of the card's edge five times as large: no stairs, no dashes.
+
+    Oracle: the disc ends at the line where rays to the middle of the lamp pass the edge.
+    """
+    blur_px, x, y, slope = 75.0, 64.3, 48.2, 0.12
+    card = Surface(64.0, y + 3.0 + slope * (X - x) < Y, 0.3, blur_px)
+    lamp = Surface(80.0, disc_at(x, y, 1.5), 4e4, blur_px)
+    surfaces = [card, lamp, Surface(80.0, EVERYWHERE, DARK, blur_px)]
+    plate = known_plate(surfaces) if is_known else plates_of(surfaces)[0]
+    first_row, columns = 48, np.arange(40, 89)
+    below = rendered(renderer, plate, blur_px)[first_row:, columns]
+    ends_at = first_row + (below / np.median(below[0])).sum(0)
+    assert np.abs(ends_at - (y + 5.0 * 3.0 + slope * (columns + 0.5 - x))).max() < 0.75

@@ -81,9 +81,10 @@ class RenderedLamps:
             lit_pixels(lit, size)[..., None], download(self.highlights)[..., :3], 0.0
         )
         list(self._passes.lists.steps(into, self.optics, self.buffers, self.coc))
-        kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))
-        for empty in (self.out, kind, far, near):  # what a driver hands out may be anything
+        kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (2, 4, 4))
+        for empty in (self.out, far, near):  # what a driver hands out may be anything
             empty.write(bytes(size[0] * size[1] * empty.components * int(empty.dtype[1])))
+        kind.write(np.stack([0 * coc, coc], -1).astype(np.float16))  # unmixed; its nearest surface
         self._ctx, self._picture = ctx, UnmixedPicture(self.color, self.coc, kind, far, near)
         self.draw(least_coc_of_tiles(coc))
 

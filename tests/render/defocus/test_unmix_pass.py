@@ -26,7 +26,7 @@ def split_fragments(
     color_tx, coc_tx = new_texture(ctx, size, 4), new_texture(ctx, size, 1)
     upload(color_tx, np.concatenate([color, np.ones((*coc.shape, 1), np.float32)], axis=-1))
     upload(coc_tx, coc)
-    channels = (1 if lists is None else 2, 4, 4)
+    channels = (2 if lists is None else 4, 4, 4)
     kind, far, near = (new_texture(ctx, size, count, "f2") for count in channels)
     picture = UnmixedPicture(color=color_tx, coc=coc_tx, kind=kind, far=far, near=near, lists=lists)
     pixels, thin = (ctx.buffer(reserve=list_bytes(size)) for _ in range(2))

@@ -261,7 +261,7 @@ class LayeredBlur:
         picture = UnmixedPicture(
             color,
             coc,
-            kind=scratch.texture("kind", size, 1 if lists is None else 2, "f2"),
+            kind=scratch.texture("kind", size, 2 if lists is None else 4, "f2"),
             far=scratch.texture("far", size, 4, "f2"),
             near=scratch.texture("near", size, 4, "f2"),
             lists=lists,

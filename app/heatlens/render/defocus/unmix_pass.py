@@ -25,7 +25,8 @@ class UnmixedPicture:
 
     color   rgb
     coc     signed diameter, pixels
-    kind    unmixed, far edge, near edge or listed; with lists also the coc at which each begins
+    kind    unmixed, far edge, near edge or listed; the coc of the nearest surface in the pixel;
+            with lists also the coc at which each begins
     far     far edge: rgb of the far surface, a = coverage of the near one; near edge: its own rgb
             and coverage; elsewhere not written. Half float is enough: pixels in focus do not use it
     near    far edge: rgb of the near surface, a = its coc; near edge: a = coc of the surface behind
