@@ -33,12 +33,11 @@ out vec4 out_color;
 // that foreground, which would show its silhouette as a thin line; it has no detail.
 float detail_share(ivec2 texel, ivec2 size) {
     const ivec2 BESIDE[4] = ivec2[](ivec2(-1, 0), ivec2(1, 0), ivec2(0, -1), ivec2(0, 1));
-    float share = focus_share(texelFetch(depth_tx, texel, 0).r, texel);
-    for (int k = 0; k < 4; ++k) {
-        ivec2 beside = clamp(texel + BESIDE[k], ivec2(0), size - 1);
-        share = min(share, share_of(max(-signed_px(texelFetch(depth_tx, beside, 0).r, beside), 0.0)));
-    }
-    return share;
+    float depth = texelFetch(depth_tx, texel, 0).r, nearest = depth;
+    for (int k = 0; k < 4; ++k)
+        nearest = min(nearest, texelFetch(depth_tx, clamp(texel + BESIDE[k], ivec2(0), size - 1), 0).r);
+    float near_px = max(-signed_px(nearest, texel), 0.0);  // the nearest is the most blurred of those in front
+    return min(focus_share(depth, texel), share_of(near_px));
 }
 
 void main() {
