@@ -20,6 +20,7 @@ ivec2 neighbor_block(ivec2 block, int i) {
 // the number of pixels between the two ends of a row or a column, and the shorter one counts. Where neither has two
 // ends, lines would only extrapolate, and are not followed.
 uniform int line_step_px;  // pixels from one sample of a line to the next, in proportion to the picture
+uniform float most_line_share;  // degree to which lines are followed behind the widest things, 0..1
 #define NARROW_GAP 1.3     // gap, in steps, up to which the ends alone decide
 #define WIDE_GAP 2.7       // gap from which lines alone decide
 #define NO_GAP 1e6         // gap of a line without two ends
@@ -30,7 +31,8 @@ float line_share_of(ivec2 across, ivec2 down) {
     float row_px = min(across.x, across.y) > 0 ? float(across.x + across.y) : NO_GAP;
     float column_px = min(down.x, down.y) > 0 ? float(down.x + down.y) : NO_GAP;
     float gap_px = min(row_px, column_px);
-    return gap_px < NO_GAP ? smoothstep(NARROW_GAP, WIDE_GAP, gap_px / float(line_step_px)) : 0.0;
+    float wide_share = smoothstep(NARROW_GAP, WIDE_GAP, gap_px / float(line_step_px));
+    return gap_px < NO_GAP ? most_line_share * wide_share : 0.0;
 #else
     return 0.0;
 #endif

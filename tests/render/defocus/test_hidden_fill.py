@@ -20,7 +20,7 @@ def fill_hidden(
     layer: FloatArray,
     state: FloatArray,
     reach_px: int = 1000,
-    follows_lines: bool = False,
+    line_share: float = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
     size = layer.shape[1::-1]
     whole = size[0] + PADDING_PX[0], size[1] + PADDING_PX[1]
@@ -38,7 +38,7 @@ def fill_hidden(
     cost = new_texture(ctx, blocks_for(whole, 2), 4)
     upload(cost, np.full((*blocks_for(whole, 2)[::-1], 4), np.nan, np.float32))
     scratch = HiddenScratch(bits, ctx.buffer(reserve=list_bytes(size)), cost)
-    fill = HiddenFillPass(ctx).steps(target, pixels, scratch, reach_px, follows_lines=follows_lines)
+    fill = HiddenFillPass(ctx).steps(target, pixels, scratch, reach_px, line_share=line_share)
     list(fill)
     check_blocks(scratch.blocks, layer[..., 3] < 0)
     found = download(target.color), download(target.state)
@@ -126,7 +126,7 @@ def test_hidden_fill_continues_bars_that_only_one_side_shows(ctx: Device) -> Non
         leaf = ((x - middle_x) / 30) ** 2 + ((y - 20) / 70) ** 2 < 1
         hidden_layer = np.where(leaf[..., None], HIDDEN, layer).astype(np.float32)
         state = np.where(leaf[..., None], 0.0, (0.0, 1.0)).astype(np.float32)
-        guess = fill_hidden(ctx, hidden_layer, state, follows_lines=True)[0][..., 3]
+        guess = fill_hidden(ctx, hidden_layer, state, line_share=1.0)[0][..., 3]
         assert guess[leaf & is_bar & (y % 120 > 8)].mean() > 0.6
         assert guess[leaf & ~is_bar].mean() < 0.05
 

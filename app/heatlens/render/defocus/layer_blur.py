@@ -111,5 +111,5 @@ class LayerBlur:
         # only a layer in focus, at full size, may hold highlights
         around = picture.around if plan.is_in_focus and plan.reduction == 1 else None
         return self._passes.hidden.steps(
-            layer, hidden, hidden_scratch, reach_px, around, plan.shows_shapes
+            layer, hidden, hidden_scratch, reach_px, around, plan.shape_share
         )

@@ -144,13 +144,13 @@ class HiddenFillPass:
         scratch: HiddenScratch,
         reach_px: int,
         around: Texture | None = None,
-        follows_lines: bool = False,
+        line_share: float = 0.0,
     ) -> Iterator[None]:
         """Fill the hidden `pixels` of `layer` in place, in short steps.
 
         Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty. `around`
-        is that of `UnmixedPicture`, for a layer that may hold highlights. With `follows_lines` bars
-        go on behind wide things.
+        is that of `UnmixedPicture`, for a layer that may hold highlights. By `line_share`, 0..1,
+        bars go on behind wide things.
         """
         info_textures: _Textures = {} if layer.list_info is None else {"listed_tx": layer.list_info}
         match_inputs, out_match, match_textures = _match_textures(layer, scratch)
@@ -158,14 +158,16 @@ class HiddenFillPass:
         self._list_blocks(layer, pixels, scratch, cost_images)
         yield
         fill_buffers = scratch.lists
-        cost = self._cost_programs.version(MATCHED=bool(match_textures), LINES=follows_lines)
+        has_lines = line_share > 0.0
+        cost = self._cost_programs.version(MATCHED=bool(match_textures), LINES=has_lines)
         fill = self._fill_programs.version(
-            LISTS=bool(info_textures), MATCHED=bool(match_textures), LINES=follows_lines
+            LISTS=bool(info_textures), MATCHED=bool(match_textures), LINES=has_lines
         )
         uniforms: dict[str, object] = {
             "reach_px": reach_px,
             "layer_size": layer.size,
             "line_step_px": math.ceil(max(layer.size) / _LINE_STEPS),
+            "most_line_share": line_share,
         }
         for slice_uniforms in self._slices.of(layer.size):
             cost.dispatch(

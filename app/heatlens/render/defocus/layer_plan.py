@@ -18,6 +18,7 @@ LEAST_REDUCED_PX = 7.0  # smallest coc of a reduced layer, in its own pixels
 ALONE_FROM_PX = 8.0  # coc from which a reduced layer is not mixed with the one at twice its size
 LEAST_REDUCED_SIDE = 64  # smallest shorter side of a reduced layer; smaller ones gain little
 SPREAD = 1.0  # reach of a kernel, relative to the coc; beyond it, less than a thousandth is left
+SHAPES_WITHIN_PX = 6.0  # coc beyond a layer in focus over which its shapes begin to be followed
 MARGIN_PX = 8.0  # neighborhood used by the fill, and by enlarging a reduced layer
 
 
@@ -29,6 +30,7 @@ class LayerPlan:
     widest_px     largest |coc| in the layer, in pixels of the picture
     uncovered_px  how far behind a silhouette hidden content can show, in pixels of the picture
     share         how much of the layer has this size, 0..1; the rest has twice this size
+    shape_share   how far the layer shows shapes of things in focus before something farther, 0..1
     """
 
     cut: LayerCut
@@ -36,6 +38,7 @@ class LayerPlan:
     widest_px: float
     uncovered_px: float
     share: float = 1.0
+    shape_share: float = 0.0
 
     @property
     def sized_plans(self) -> "list[LayerPlan]":
@@ -55,12 +58,6 @@ class LayerPlan:
         """True if the layer may contain pixels in focus."""
         low_px, high_px = self.coc_range_px
         return low_px < 1.0 and high_px > -1.0
-
-    @property
-    def shows_shapes(self) -> bool:
-        """True if the layer shows the shapes of things in focus before something farther."""
-        is_beside_focus = self.is_in_focus and not self.cut.is_before_focus
-        return is_beside_focus and self.reduction == 1 and not self.cut.is_farthest
 
     def size(self, picture: tuple[int, int]) -> tuple[int, int]:
         """Return width and height of the layer, given those of the picture, rounded up."""
@@ -105,8 +102,26 @@ def _plan_layer(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
     nearer_px = 0.0 if cut.is_nearest else max(-optics.nearest_px, 0.0)
     uncovered_px = max(optics.disc.half_extents) * (nearer_px + widest_px) / 2 + MARGIN_PX
     return LayerPlan(
-        cut, reduction, widest_px, uncovered_px, 1.0 if reduction == 1 else float(share)
+        cut,
+        reduction,
+        widest_px,
+        uncovered_px,
+        share=1.0 if reduction == 1 else float(share),
+        shape_share=_shape_share(cut_alone, float(coc[-1])) if reduction == 1 else 0.0,
     )
+
+
+def _shape_share(plan: LayerPlan, farthest_px: float) -> float:
+    """Return how far a layer shows shapes in focus before something farther, 0..1.
+
+    `farthest_px` is the largest signed coc in the picture. The share is 0 where the farther layer
+    begins, and grows from there, because that layer ends when a focus pull comes to the farthest.
+    """
+    if not plan.is_in_focus or plan.cut.is_before_focus or plan.cut.is_farthest:
+        return 0.0
+    begin_px = plan.cut.far.at_px - plan.cut.far.half_width_px
+    share = min(max((farthest_px - begin_px) / SHAPES_WITHIN_PX, 0.0), 1.0)
+    return share * share * (3.0 - 2.0 * share)
 
 
 def _least_px(cut: LayerCut, farthest_px: float) -> float:
