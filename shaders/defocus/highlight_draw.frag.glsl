@@ -53,9 +53,9 @@ out vec4 out_light;
 // the highlight.
 #define MARGIN_PX 2.0
 #define MARGIN_SHARE 0.1
-// A highlight is tested by a ray for each PX_A_RAY that the nearest surface moves by, and by RAYS_MOST^2 rays at most.
+// A highlight is tested by a ray for each square of PX_A_RAY that the nearest surface moves by, and by RAYS_MOST at most.
 #define PX_A_RAY 8.0
-#define RAYS_MOST 6
+#define RAYS_MOST 36.0
 // Multiples of these fill a square evenly, without rows that a grating could match: they place the rays, and begin
 // elsewhere for a highlight a pixel to the right or below.
 #define SPREAD_RAYS vec2(0.75487767, 0.56984029)
@@ -243,21 +243,22 @@ float opening_at(vec2 point, float coc, vec2 center) {
 
 // The mean of hidden_share over all points of the lens from which light of the highlight reaches the pixel `at`: it fills
 // a square of half the side `ramp`. Seen from points far apart, what is much nearer than the highlight moves by several
-// pixels: a single ray would meet a gap or miss it.
+// pixels: a single ray would meet a gap or miss it. The number of rays is no whole one, and they move apart as the second
+// one begins to count: during a focus pull nothing jumps.
 float mean_hidden_share(vec2 at, vec2 center, float coc, float ramp) {
     vec2 middle = (at - center) / coc, reach = aperture_reach(0.5 * coc, 0.0) / abs(coc), spread = vec2(ramp / abs(coc));
     vec2 low = clamp(middle - spread, -reach, reach), high = clamp(middle + spread, -reach, reach);
     float moved_px = max(high.x - low.x, high.y - low.y) * abs(may_meet_px);  // of the nearest surface
-    int rays = clamp(int(ceil(moved_px / PX_A_RAY)), 1, RAYS_MOST);  // across the points, and down
+    float rays = clamp(moved_px * moved_px / (PX_A_RAY * PX_A_RAY), 1.0, RAYS_MOST), apart = min(rays - 1.0, 1.0);
     vec2 offset = center.x * SPREAD_X + center.y * SPREAD_Y;
     float hidden = 0.0, sum = 0.0;
     int ray = 0;
     do {
-        vec2 point = mix(low, high, fract(offset + float(ray) * SPREAD_RAYS));
-        float share = rays == 1 ? 1.0 : max(opening_at(point, coc, center), LEAST_SHARE);
-        hidden += share * hidden_share(at, rays == 1 ? center : at - point * coc, coc);
+        vec2 point = mix(middle, mix(low, high, fract(offset + float(ray) * SPREAD_RAYS)), apart);
+        float share = min(rays - float(ray), 1.0) * max(opening_at(point, coc, center), LEAST_SHARE);
+        hidden += share * hidden_share(at, at - point * coc, coc);
         sum += share;
-    } while (++ray < rays * rays);
+    } while (float(++ray) < rays);
     return hidden / sum;
 }
 

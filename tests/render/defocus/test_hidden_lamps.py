@@ -120,6 +120,20 @@ def test_lamp_is_seen_evenly_through_near_grating(renderer: FrameRenderer, coc_p
     assert found[inside].std() < 0.07 * LAMP
 
 
+def test_small_lamp_behind_near_grating_has_no_jumps_in_pull(renderer: FrameRenderer) -> None:
+    """Steps of a hundredth of a pixel of coc hardly change the lamp, however many rays test it.
+
+    With whole numbers of rays this pull jumped by .12 of the lamp.
+    """
+    grating = Surface(-60.0, (X % 10) < 5, DARK)
+    pictures = []
+    for coc_px in np.arange(-1.62, -1.38, 0.01):
+        lamp = Surface(float(coc_px), (X // 1 == 63) & (Y // 1 == 48), LAMP)
+        pictures.append(rendered(renderer, known_plate([grating, lamp, WALL])))
+    jumps = np.abs(np.diff(pictures, axis=0)).max((1, 2))
+    assert jumps.max() < 0.05 * np.max(pictures)
+
+
 def test_lamp_before_bright_window_has_no_dark_ring(renderer: FrameRenderer) -> None:
     """Diffused, a lamp would take light from the window around it: its kernel ripples."""
     color = np.full((HEIGHT, WIDTH, 3), 3.0, np.float32)
