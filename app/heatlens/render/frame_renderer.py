@@ -48,7 +48,7 @@ class FrameRenderer:
     """
 
     def __init__(self, ctx: Device, solver: LineSolver | None = None) -> None:
-        """Make a renderer; if `solver` is None, with the one for this OpenGL."""
+        """Make a renderer; if `solver` is None, with the one for this GPU."""
         self.ctx = ctx
         self.stopwatch = Stopwatch(ctx)
         self.solver = solver or usual_solver(ctx)

@@ -17,7 +17,7 @@ from support.dask_cluster import HEATLENS
 from support.exports import export_shot, files_in, refused_export_message
 
 # What the job was written by (version/driver), and a word of the message on the difference.
-OTHERS = [("9.9", "heatlens"), (f"{__version__}/GeForce 9", "OpenGL driver"), ("9.9/x", "and")]
+OTHERS = [("9.9", "heatlens"), (f"{__version__}/GeForce 9", "graphics driver"), ("9.9/x", "and")]
 
 
 def test_submitted_job_expects_version_and_driver(capsys, shot_file, tmp_path, session_context):

@@ -6,6 +6,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.aperture import Aperture
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.fronts.commands.main import main
@@ -99,3 +100,9 @@ def test_bench_issues_prints_text_or_json(capsys):
     assert main([*words, "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert {"issues", "python_ms", "bytes_per_pixel"} <= report.keys()
+
+
+def test_only_calls_of_opengl_are_counted(ctx: Device, monkeypatch):
+    monkeypatch.setattr(ctx, "library", "wgpu")
+    with pytest.raises(InputError, match="leave --gpu wgpu out"):
+        count_issues(ctx, (160, 90))

@@ -6,7 +6,7 @@ HeatlensError
 ├── InputError    a file, a channel or an option: what was found and what would help
 │   └── MissingPackageError   a package of an optional part, and the command that installs it
 ├── LensError     an impossible lens
-├── GpuError      no usable OpenGL, or a picture too large for it
+├── GpuError      nothing can draw here, or the picture is too large for it
 │   └── NoWindowError   no window can be opened here
 ├── ShaderError   a shader that does not compile: the file, the line and the driver's message
 └── FaultError    a bug of heatlens itself, which only a new version fixes: exit code 70
@@ -38,7 +38,7 @@ class GpuError(HeatlensError):
 
 
 class NoWindowError(GpuError):
-    """There is no display, or none with OpenGL 4.3."""
+    """There is no display, or none that a window can be drawn on."""
 
 
 class ShaderError(HeatlensError):

@@ -57,12 +57,12 @@ class DisplayPictures:
         return move_to_display_window(self._values.of(picture), plate, proxy, outside=self._black)
 
     def release(self) -> None:
-        """Delete the objects of OpenGL that convert to display values."""
+        """Delete the objects on the GPU that convert to display values."""
         self._values.release()
 
 
 class FrameRendering:
-    """Renders `frames` of the plan, only on the thread that made it, because of OpenGL."""
+    """Renders `frames` of the plan, only on the thread that made it, which alone can draw."""
 
     def __init__(
         self, plan: ExportPlan, frames: tuple[PlannedFrame, ...], renderer: FrameRenderer
@@ -134,7 +134,7 @@ class FrameRendering:
         ).in_memory()
 
     def close(self) -> None:
-        """Stop reading, and delete the objects of OpenGL."""
+        """Stop reading, and delete the objects on the GPU."""
         self._loader.close()
         if self._display_pictures is not None:
             self._display_pictures.release()

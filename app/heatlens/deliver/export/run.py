@@ -93,7 +93,7 @@ def export_frames(
 ) -> Generator[FrameDone]:
     """Export one frame per step: first report those already finished, then do the others in order.
 
-    `make_renderer` is called, and OpenGL used, only if something is left to render, on the thread
+    `make_renderer` is called, and the GPU used, only if something is left to render, on the thread
     that takes the steps. Closing the generator stops the export; files are never partial. If a
     frame fails, the frames before it are finished, then the error is raised: InputError for a
     damaged plate or a file that cannot be written. Files that no export wrote are replaced only if

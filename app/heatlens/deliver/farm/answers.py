@@ -29,7 +29,7 @@ FOREIGN_ANSWER = (
 class PartDone:
     """A frame that a worker has made, see `FrameDone`.
 
-    driver  OpenGL driver and address of the worker; None for a frame that was finished before
+    driver  graphics driver and address of the worker; None for a frame that was finished before
     size    bytes of its file if it is fetched
     """
 

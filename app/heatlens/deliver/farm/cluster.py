@@ -77,7 +77,7 @@ class ClusterMaker:
     ) -> None:
         """Create it; `task` describes all frames, which are sent in parts of `chunk` frames.
 
-        If `strict`, workers with different OpenGL drivers are an error.
+        If `strict`, workers with different graphics drivers are an error.
         """
         self._drivers: dict[str, str] = {}  # the first worker of each driver
         self._strict = strict
@@ -188,7 +188,7 @@ class ClusterMaker:
         )
 
     def _compare_driver(self, done: PartDone) -> None:
-        """Report an OpenGL driver that no worker had before. Raises InputError if strict."""
+        """Report a graphics driver that no worker had before. Raises InputError if strict."""
         driver, worker = map(printable, done.driver or ("", ""))
         if not driver or driver in self._drivers:
             return
@@ -196,7 +196,7 @@ class ClusterMaker:
         if len(self._drivers) == 1:
             return
         names = ", ".join(f"{name} ({address})" for name, address in self._drivers.items())
-        message = f"workers have different OpenGL drivers: {names}"
+        message = f"workers have different graphics drivers: {names}"
         if self._strict:
             raise InputError(f"{message[0].upper()}{message[1:]}. Finished frames are kept.")
         self._report(f"{message}; their pictures may differ slightly.")

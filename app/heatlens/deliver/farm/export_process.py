@@ -1,6 +1,7 @@
 """Run `heatlens export`, `camera` and `shot sheet` as processes beside the window.
 
-A separate process has its own OpenGL, does not block the window, and leaves whole files if stopped.
+A separate process has a renderer of its own, does not block the window, and leaves whole files if
+stopped.
 """
 
 import signal

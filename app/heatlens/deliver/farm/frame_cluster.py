@@ -76,7 +76,7 @@ class FrameCluster:
     ) -> None:
         """Begin to connect.
 
-        `own_driver` is the OpenGL driver of the window, its version, and the solver. `wake` is
+        `own_driver` is the graphics driver of the window, its version, and the solver. `wake` is
         called on a thread when there are results or a new status. No other scheduler or network is
         used than that of `confirmed` before `confirm_scheduler` is called.
         """
@@ -366,7 +366,7 @@ class _SchedulerConnection:
         except HeatlensError as error:
             self._failures[worker] = str(error)
 
-    # Two OpenGL drivers draw the same frame with different last digits, and a shot should not mix
+    # Two graphics drivers draw the same frame with different last digits, and a shot should not mix
     # them. So all workers that render have one program, if possible that of this machine, because
     # the window renders frames too.
     def _choose_workers(self) -> None:

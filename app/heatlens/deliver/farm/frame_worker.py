@@ -52,7 +52,7 @@ def program_of_answer(answer: bytes) -> Program:
 
 
 def own_program(driver: str, version: str, solver: str) -> Program:
-    """Return the program of this machine on an OpenGL driver."""
+    """Return the program of this machine on a graphics driver."""
     return __version__, program_contents(), driver, version, solver
 
 
@@ -152,7 +152,7 @@ def _placed_scene(source: Any, up_axis: WorldAxis, meters_per_unit: float) -> Sc
     return place_scene(source.scene, Framing(up_axis=up_axis, meters_per_unit=meters_per_unit))
 
 
-# OpenGL belongs to one thread, so a worker has one thread. The module keeps the context, the built
+# Only one thread can draw, so a worker has one thread. The module keeps the context, the built
 # programs and the open source from task to task. The two renderers of a process share its context:
 # this one, and that of `_filler`, with the solver of the window that sends the frames.
 @cache

@@ -17,8 +17,8 @@
 Doubtful input is reported as a `HeatlensWarning`; `Source.notes` says how the source was read.
 
 The commands use the same functions: `FrameRenderer` draws, `plate_lens` and `first_shot` find the
-lens. OpenGL starts with the first picture and stays with that thread. `render` leaves its context
-current; code that draws with OpenGL in the same thread must make its own context current again.
+lens. The GPU is opened with the first picture and stays with that thread. With OpenGL, `render`
+leaves its context current; other code that draws in that thread must make its own current again.
 """
 
 from heatlens.fronts.api.frame import Frame

@@ -1,4 +1,4 @@
-"""OpenGL for the Python interface: started with the first picture, then kept."""
+"""The GPU for the Python interface: opened with the first picture, then kept."""
 
 import os
 import sys
@@ -13,7 +13,7 @@ Content = TypeVar("Content")
 
 
 class Engine:
-    """The OpenGL renderer of this process, and the content that is loaded into it."""
+    """The renderer of this process, and the content that is loaded into it."""
 
     def __init__(self) -> None:
         self._renderer: FrameRenderer | None = None
@@ -24,19 +24,19 @@ class Engine:
             os.register_at_fork(after_in_child=self._note_fork)
 
     def _note_fork(self) -> None:
-        """Note in a child that the OpenGL of its parent cannot be used: its threads are gone."""
+        """Note in a child that the renderer of its parent cannot be used: its threads are gone."""
         # Rendering in such a process does not fail by itself: it waits for ever.
         self._is_forked = self._renderer is not None
 
     def renderer(self) -> FrameRenderer:
         """Return the renderer with its context current.
 
-        Raises GpuError in every thread but the first, after a fork, and where OpenGL is missing.
+        Raises GpuError in every thread but the first, after a fork, and where nothing can draw.
         """
         if self._is_forked:
             raise GpuError(
-                "this process was forked from one in which heatlens has drawn already, and OpenGL "
-                "does not outlive a fork. Start processes with "
+                "this process was forked from one in which heatlens has drawn already, and its "
+                "renderer does not outlive a fork. Start processes with "
                 'multiprocessing.get_context("spawn").'
             )
         if self._renderer is None:

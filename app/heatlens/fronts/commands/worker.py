@@ -113,7 +113,7 @@ def _run_processes(args: argparse.Namespace) -> int:
 async def _run_worker(address: str, host: str, folder: Path) -> None:
     """Run a Dask worker with one thread until the scheduler ends.
 
-    Only the thread that made an OpenGL context can draw. The worker listens on `host` alone, and
+    Only the thread that opened the GPU can draw. The worker listens on `host` alone, and
     shows its Dask page to this machine alone.
     """
     # Whoever reaches the port of a worker can run programs there. By default, Dask listens on every

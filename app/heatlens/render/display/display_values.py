@@ -8,7 +8,7 @@ from heatlens.render.gpu.textures import FloatArray, download, new_texture, uplo
 
 
 class DisplayValues:
-    """Converts scene-linear pictures to display values, over black, on the thread of OpenGL.
+    """Converts scene-linear pictures to display values, over black, on the thread that draws.
 
     Every file with display values gets them here: `heatlens render`, an export and the window show
     the same picture. OpenColorIO on the CPU rounds differently.
@@ -47,7 +47,7 @@ class DisplayValues:
         return self._out
 
     def release(self) -> None:
-        """Delete all objects of OpenGL."""
+        """Delete the pass and its texture."""
         self._pass.release()
         if self._out is not None:
             self._out.release()

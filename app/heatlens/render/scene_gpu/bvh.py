@@ -1,4 +1,4 @@
-"""Trees of boxes over triangles and over instances, for rays; plain NumPy, no OpenGL.
+"""Trees of boxes over triangles and over instances, for rays; plain NumPy, without a GPU.
 
 All nodes of a level are split together: items go into bins along each axis, and each node is cut by
 the surface area heuristic (Wald 2007, "On fast construction of SAH-based bounding volume

@@ -41,7 +41,7 @@ def texels_per_pixel(ctx: Device, size: tuple[int, int]) -> int:
 
 
 def _fits(ctx: Device, width: int, height: int) -> bool:
-    """Return whether textures and lists for a picture of this size fit this OpenGL."""
+    """Return whether textures and lists for a picture of this size fit this GPU."""
     side = ctx.limits.texture_side_px
     words = ctx.limits.storage_block_bytes // 4
     return max(width, height) <= side and width * height < words

@@ -1,4 +1,4 @@
-"""A scene in OpenGL's memory, laid out as lib/scene.lib.glsl reads it (std430).
+"""A scene in the memory of the GPU, laid out as lib/scene.lib.glsl reads it (std430).
 
 The pictures that color its surfaces are layers of one texture.
 """

@@ -26,8 +26,8 @@ ReadArea = Callable[[Texture, Box], FloatArray]
 class DrawnPixels:
     """Pixels on the GPU that are read when they are used; see `Pixels`.
 
-    Once the textures have been overwritten, reading raises GpuError. Reading works on OpenGL's
-    thread; other threads use `Plate.in_memory`.
+    Once the textures have been overwritten, reading raises GpuError. Reading works on the
+    thread that draws; others use `Plate.in_memory`.
     """
 
     coc_px = None
@@ -66,7 +66,7 @@ class DrawnPixels:
 
     def _require_valid(self, texture: Texture) -> Texture:
         """Return the texture. Raises GpuError if it has been overwritten."""
-        assert get_ident() == self._thread, "OpenGL is on another thread"
+        assert get_ident() == self._thread, "another thread draws"
         if not self._is_valid:
             raise GpuError(
                 "Another frame of the scene was drawn in place of this picture: render its frame "

@@ -1,6 +1,6 @@
 """The options of an export that several processes or machines make.
 
-This machine's heatlens and OpenGL driver are compared with those where a job was written: another
+This machine's heatlens and graphics driver are compared with those where a job was written: another
 version or driver, such as software beside a GPU, may give slightly other pictures.
 """
 
@@ -103,7 +103,7 @@ def _add_worker_options(group: "argparse._ArgumentGroup") -> None:
 def expected_program(on_gpus: bool) -> str:
     """Return "VERSION/DRIVER" for tasks that must render as this machine does.
 
-    The driver is left out if this machine has no OpenGL, or if tasks get a GPU that this machine
+    The driver is left out if this machine cannot draw, or if tasks get a GPU that this machine
     lacks, such as the login node of a cluster.
     """
     try:
@@ -136,7 +136,7 @@ def _compare_programs(expected: str, present: str, strict: bool) -> None:
 
     `present` and `expected` are "VERSION/DRIVER" of the two.
     """
-    names = ("heatlens", "OpenGL driver")
+    names = ("heatlens", "graphics driver")
     pairs = zip(names, expected.split("/", 1), present.split("/", 1), strict=False)
     differences = [
         f"{name} {present_part}, not {expected_part}"

@@ -34,7 +34,7 @@ _MILLISECONDS = 480  # duration of each frame
 def make_first_pictures(error: NoWindowError) -> int:
     """Render example pictures into the current folder, and print commands to continue with.
 
-    Raises GpuError if there is no OpenGL at all.
+    Raises GpuError if nothing can draw here.
     """
     print_messages(str(error).partition(". ")[0] + ", so here are pictures instead.")
     folder, plate = _writable_folder(), data_dir("assets") / "still_life.exr"

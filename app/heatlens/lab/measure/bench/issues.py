@@ -11,6 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from statistics import median
 
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.extras import OnUse
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.lab.measure.bench.synthetic_plate import LENS, scene_plate
 from heatlens.lab.measure.bench.timing import BenchFrames, Frame
@@ -19,9 +21,10 @@ from heatlens.render.defocus.pass_costs import Work
 from heatlens.render.defocus.pass_list import pass_named
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.quality import kernel_for
+from heatlens.render.gpu.context import Gpu, library_of
 from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.opengl.counting import counting_device
 
+_counting_device = OnUse("render.gpu.opengl.counting", "counting_device")
 ISSUE_MESSAGE = "counting what the frame asks of a GPU"
 # Microseconds of an issue with its barrier, and of solving the lines of one pixel of a layer on one
 # processor: fitted to frames of 1280x720 to 3840x2160 on an NVIDIA H200.
@@ -71,13 +74,18 @@ def measure_issues(
     runs: int,
     report_progress: Callable[[str], None],
 ) -> IssueReport:
-    """Count and time the issues of a frame of the scene at `size` as a GPU would get them."""
+    """Count and time the issues of a frame of the scene at `size` as a GPU would get them.
+
+    Raises InputError for a device of another library than OpenGL.
+    """
+    if library_of(ctx) is not Gpu.OPENGL:
+        raise InputError("--issues counts the calls of OpenGL: leave --gpu wgpu out.")
     # The counting device gets pictures and lists whole, as a GPU does, because issues limit a fast
     # GPU. Slices and bands, which let a window answer while software draws, took 400 dispatches
     # with barriers for a frame of 3840x2160; without them it takes 9, and 15 for each layer.
     report_progress(ISSUE_MESSAGE)
     counts: Counter[str] = Counter()
-    frames = BenchFrames(counting_device(ctx, counts), SolverName.PARTITION)
+    frames = BenchFrames(_counting_device(ctx, counts), SolverName.PARTITION)
     frame = frames.frame(scene_plate(size), LENS, settings)
     bytes_per_pixel = _bytes_per_pixel(frames, frame, size, settings)
     seconds = []

@@ -314,5 +314,5 @@ def _check_scratch_fits(ctx: Device, size: tuple[int, int]) -> None:
     if need > limit:
         raise GpuError(
             f"The bare sweeps of {size[0]}x{size[1]} need a storage block of {need / 2**20:.0f} "
-            f"MiB; this OpenGL takes {limit / 2**20:.0f}. Give --bare a smaller --size."
+            f"MiB; this GPU takes {limit / 2**20:.0f}. Give --bare a smaller --size."
         )

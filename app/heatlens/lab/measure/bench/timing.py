@@ -59,7 +59,7 @@ class BenchFrames:
         self.stopwatch = self.renderer.stopwatch
 
     def check_fits(self, size: tuple[int, int], settings: DefocusSettings) -> None:
-        """Raise GpuError for a picture that is too large for OpenGL or for memory.
+        """Raise GpuError for a picture that is too large for the GPU or for memory.
 
         Call it before a plate of that size is made.
         """

@@ -54,7 +54,7 @@ class Subject:
 
     @property
     def machine(self) -> str:
-        """The name of the OpenGL renderer."""
+        """The name of the device that draws."""
         return self.renderer.ctx.name
 
     def settings(self, method: Method) -> DefocusSettings:

@@ -181,7 +181,7 @@ class AheadJobs(Commands):
 
     @property
     def driver(self) -> tuple[str, str, SolverName]:
-        """The OpenGL driver, its version, and the solver with which frames are rendered here."""
+        """The graphics driver, its version, and the solver with which frames are rendered here."""
         device = self._renderer.ctx
         return device.name, device.version, self._renderer.solver.name
 
