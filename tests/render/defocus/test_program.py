@@ -157,7 +157,7 @@ class CountingProgram:
 @pytest.mark.usefixtures("of_opengl")
 def test_dispatch_sets_only_changed_uniforms(ctx: Device, shaders: Path) -> None:
     scale = Scale(ctx)
-    uniforms, linked = scale.inputs["uniforms"], scale.program._program
+    uniforms, linked = scale.inputs["uniforms"], scale.program.link()
     uniforms["gains"] = (0.0, 3.0)
     counting = linked.raw = CountingProgram(linked.raw)
     assert scale.result() == scale.result() == 1130.5
@@ -203,7 +203,7 @@ def test_draw_program_binds_inputs_of_both_shaders(ctx: Device, shaders: Path) -
 def test_draw_program_error_names_refused_shader(ctx: Device, shaders: Path) -> None:
     (shaders / "spot.vert.glsl").write_text("void main() { gl_Position = nothing; }\n")
     with pytest.raises(ShaderError, match=r"^spot\.vert\.glsl: [\s\S]*spot\.vert\.glsl:1"):
-        DrawProgram(ctx, "spot")
+        DrawProgram(ctx, "spot").link()
 
 
 def test_kinds_in_finds_declarations_of_all_kinds() -> None:
@@ -246,4 +246,4 @@ def test_compute_program_refuses_two_image_arrays(ctx: Device, shaders: Path) ->
     text = IMAGES.replace("FLAT, ivec2(0)", "FLAT, ivec3(0)").replace("image2D ", "image2DArray ")
     (shaders / "images.comp.glsl").write_text(text)
     with pytest.raises(ShaderError, match=r"images\.comp\.glsl: two arrays of images"):
-        ComputeProgram(ctx, "images.comp.glsl")
+        ComputeProgram(ctx, "images.comp.glsl").link()

@@ -46,6 +46,7 @@ def run_limits(ctx: Device, program: ComputeProgram) -> float:
 
 def test_reload_updates_program_of_changed_file(ctx: Device, shaders: Path) -> None:
     clock, program = Clock(), ComputeProgram(ctx, LIMITS)
+    program.link()
     reload = ShaderReload(clock)
     edit_shader_file(shaders / LIMITS, "max(color.rgb, 0.0)", "vec3(7.0)")
     assert reload.poll() is None and run_limits(ctx, program) == 2.0  # not looked at again so soon
@@ -59,6 +60,7 @@ def test_reload_updates_program_of_changed_file(ctx: Device, shaders: Path) -> N
 
 def test_reload_reports_mistake_and_keeps_last_good_program(ctx: Device, shaders: Path) -> None:
     clock, program = Clock(), ComputeProgram(ctx, LIMITS)
+    program.link()
     reload = ShaderReload(clock)
     edit_shader_file(shaders / LIMITS, "max(color.rgb, 0.0)", "nothing_of_that_name")
     clock.tick()
@@ -73,6 +75,7 @@ def test_reload_reports_mistake_and_keeps_last_good_program(ctx: Device, shaders
 
 def test_reload_follows_included_file_and_reports_missing_one(ctx: Device, shaders: Path) -> None:
     clock, program = Clock(), ComputeProgram(ctx, "defocus/unmix_far.comp.glsl")
+    program.link()
     reload = ShaderReload(clock)
     edit_shader_file(shaders / "lib" / "tone.lib.glsl", "0.98", "0.97")
     clock.tick()

@@ -143,4 +143,4 @@ def test_compile_error_names_file_and_line(
     write_shaders(tmp_path, b="\nfloat f() { return nothing_of_that_name; }\n")
     monkeypatch.setattr("heatlens.render.gpu.program.data_dir", lambda _: tmp_path)
     with pytest.raises(ShaderError, match=r"b\.glsl:2"):
-        ComputeProgram(ctx, "a.glsl")
+        ComputeProgram(ctx, "a.glsl").link()

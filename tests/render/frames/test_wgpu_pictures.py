@@ -158,7 +158,7 @@ def test_mistake_in_shader_raises_error_with_file_and_reason(device, monkeypatch
 
     monkeypatch.setattr(spirv.subprocess, "run", refused)
     with pytest.raises(ShaderError, match=r"defocus/coc.comp.glsl.*undeclared identifier"):
-        ComputeProgram(device, "defocus/coc.comp.glsl", {"UNKNOWN": 1})
+        ComputeProgram(device, "defocus/coc.comp.glsl", {"UNKNOWN": 1}).link()
 
 
 def test_missing_compiler_is_named_with_its_package(device, monkeypatch):
@@ -167,7 +167,7 @@ def test_missing_compiler_is_named_with_its_package(device, monkeypatch):
 
     monkeypatch.setattr(spirv.subprocess, "run", missing)
     with pytest.raises(GpuError, match=r"glslangValidator.*glslang-tools"):
-        ComputeProgram(device, "defocus/coc.comp.glsl", {"UNKNOWN": 2})
+        ComputeProgram(device, "defocus/coc.comp.glsl", {"UNKNOWN": 2}).link()
 
 
 def test_device_beyond_the_last_is_refused():

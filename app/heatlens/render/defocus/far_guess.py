@@ -16,7 +16,7 @@ from heatlens.render.defocus.pixel_list import PixelBands
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.program import ComputePrograms, pixel_groups
+from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 from heatlens.render.gpu.resources import Texture
 
 FAR_PARTS = "far parts"  # name of the step
@@ -42,7 +42,11 @@ class FarGuess:
     """Makes fragment lists with a guess behind each cut, for the same step."""
 
     def __init__(self, ctx: Device) -> None:
-        self._bands, self._programs = PixelBands(ctx), ComputePrograms(ctx)
+        self._bands = PixelBands(ctx)
+        self._lists, self._pull, self._push = (
+            ComputeProgram(ctx, f"defocus/guess_{name}.comp.glsl")
+            for name in ("lists", "pull", "push")
+        )
 
     def steps(
         self, color: Texture, coc: Texture, optics: Optics, least_px: float, scratch: Scratch
@@ -63,7 +67,7 @@ class FarGuess:
         for cut, cut_px in enumerate(cuts_px):
             yield from self._fill_levels(color, coc, cut_px, levels, level_rects)
             list_steps = self._bands.run(
-                self._programs.get("defocus/guess_lists.comp.glsl"),
+                self._lists,
                 coc.size,
                 {
                     "coarser_rect": level_rects[0],
@@ -93,15 +97,14 @@ class FarGuess:
         takes what it lacks from the coarser one (push). `levels` has all levels of the pyramid, at
         `level_rects`, fine to coarse.
         """
-        pull_picture = self._programs.get("defocus/guess_pull.comp.glsl", {"FIRST": 1})
-        pull_picture.dispatch(
+        self._pull.version(FIRST=True).dispatch(
             pixel_groups(level_rects[0][2:]),
             textures={"color_tx": color, "coc_tx": coc},
             images={"out_levels_img": levels},
             uniforms={"out_rect": level_rects[0], "cut_px": cut_px},
         )
         for finer_rect, rect in pairwise(level_rects):
-            self._programs.get("defocus/guess_pull.comp.glsl").dispatch(
+            self._pull.dispatch(
                 pixel_groups(rect[2:]),
                 textures={"levels_tx": levels},
                 images={"out_levels_img": levels},
@@ -109,7 +112,7 @@ class FarGuess:
             )
         yield FAR_PARTS
         for rect, coarser_rect in reversed(list(pairwise(level_rects))):
-            self._programs.get("defocus/guess_push.comp.glsl").dispatch(
+            self._push.dispatch(
                 pixel_groups(rect[2:]),
                 textures={"levels_tx": levels},
                 images={"levels_img": levels},

@@ -9,11 +9,10 @@ from heatlens.core.model.value_bins import BINS, ValueBins, bin_step
 from heatlens.render.defocus.listed_fragments import (
     FragmentBuffers,
     ListedFragments,
-    ListProgram,
     list_buffers,
 )
 from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.program import pixel_groups
+from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 from heatlens.render.gpu.resources import Texture
 
 _CACHED_RESULTS = 4  # results in the cache, because the focus moves more often than the tilt
@@ -24,7 +23,7 @@ class FocusOffsetSurvey:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._program: ListProgram | None = None
+        self._program: ComputeProgram | None = None
         self._cached_bins: dict[tuple[ValueBins, FocusOffset], ValueBins] = {}
 
     def bins(
@@ -66,10 +65,10 @@ class FocusOffsetSurvey:
         bins_per_dioptre = 1.0 / max(bin_step(low, high), 1e-30)
         counts = self._ctx.buffer(reserve=4 * BINS)
         counts.clear()
-        self._program = self._program or ListProgram(
+        self._program = self._program or ComputeProgram(
             self._ctx, "defocus/focus_offset_bins.comp.glsl"
         )
-        self._program.version(lists is not None).dispatch(
+        self._program.version(LISTS=lists is not None).dispatch(
             pixel_groups(depth.size),
             textures={"depth_tx": depth},
             buffers={"count_block": counts} | list_buffers(lists),

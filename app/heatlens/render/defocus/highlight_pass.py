@@ -10,7 +10,6 @@ from heatlens.render.defocus.cutout_pass import SharpPart
 from heatlens.render.defocus.kernels import named_kernel
 from heatlens.render.defocus.listed_fragments import (
     ListedFragments,
-    ListProgram,
     list_buffers,
     list_uniforms,
 )
@@ -29,7 +28,6 @@ from heatlens.render.gpu.program import (
     groups_for,
     pixel_groups,
 )
-from heatlens.render.gpu.program_versions import ProgramVersions
 from heatlens.render.gpu.resources import Buffer, Texture
 from heatlens.render.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP, HIGHLIGHT_LEVELS
 from heatlens.render.gpu.textures import OpeningTextures
@@ -148,8 +146,8 @@ class HighlightSplitPass:
 
     def __init__(self, ctx: Device, blur: BlurPass) -> None:
         self._blur = blur
-        self._luminance = ListProgram(ctx, "defocus/highlight_luminance.comp.glsl")
-        self._split = ListProgram(ctx, "defocus/highlight_split.comp.glsl")
+        self._luminance = ComputeProgram(ctx, "defocus/highlight_luminance.comp.glsl")
+        self._split = ComputeProgram(ctx, "defocus/highlight_split.comp.glsl")
         self._bands = PixelBands(ctx)
 
     def steps(
@@ -171,7 +169,7 @@ class HighlightSplitPass:
         source_lists = None if lists is None else lists.with_highlights
         luminance, half_coc, targets = scratch.luminance, scratch.coc, scratch.targets
         yield from self._bands.run(
-            self._luminance.version(lists is not None),
+            self._luminance.version(LISTS=lists is not None),
             luminance.size,
             list_uniforms(source_lists),
             side=2,
@@ -187,7 +185,7 @@ class HighlightSplitPass:
         diffusion = Diffusion(luminance, half_coc, heat, optics.disc.spreads, least_px=least_px)
         yield from self._blur.steps(diffusion, targets)
         yield from self._bands.run(
-            self._split.version(lists is not None),
+            self._split.version(LISTS=lists is not None),
             color.size,
             list_uniforms(source_lists)
             | ({} if lists is None else {"has_positions": has_positions}),
@@ -217,12 +215,10 @@ class HighlightListPass:
         count = {"COUNT": 1}
         if not is_software(ctx):  # a GPU waits for the slowest invocation
             count["LEVELS_AT_ONCE"] = HIGHLIGHT_LEVELS
-        self._count = ProgramVersions(
-            lambda switches: ComputeProgram(ctx, name=sprites, defines=switches), count
-        )
+        self._count = ComputeProgram(ctx, sprites, count)
         self._plan = ComputeProgram(ctx, "defocus/highlight_plan.comp.glsl")
-        self._write = ProgramVersions(lambda switches: ComputeProgram(ctx, sprites, switches))
-        self._restore = ListProgram(ctx, "defocus/highlight_restore.comp.glsl")
+        self._write = ComputeProgram(ctx, sprites)
+        self._restore = ComputeProgram(ctx, "defocus/highlight_restore.comp.glsl")
         self._bands, self._slices = PixelBands(ctx), Slices(ctx)
         self._openings = OpeningTextures(ctx)
 
@@ -300,7 +296,7 @@ class HighlightListPass:
         lists, textures = split.lists, {"highlight_tx": split.highlights}
         source_lists = None if lists is None else lists.with_highlights
         plan_buffers = {"tally_block": buffers.tally, "plan_block": buffers.plan}
-        self._restore.version(lists is not None).dispatch(
+        self._restore.version(LISTS=lists is not None).dispatch(
             buffers.plan,
             offset=20,
             textures=textures if lists is None else textures | {"coc_tx": coc},
@@ -331,9 +327,7 @@ class HighlightDrawPass:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._programs = ProgramVersions(
-            lambda switches: DrawProgram(ctx, "defocus/highlight_draw", defines=switches)
-        )
+        self._program = DrawProgram(ctx, "defocus/highlight_draw")
         self._quads: dict[DrawProgram, tuple[Buffer, VertexArray]] = {}
         self._target = DrawTarget(ctx)
         self._is_drawn_in_bands = is_software(ctx)
@@ -377,7 +371,7 @@ class HighlightDrawPass:
         All state of the device that other draws may have changed is set again.
         """
         has_lists = picture.lists is not None
-        program = self._programs.version(LISTS=has_lists, **optics.disc.switches)
+        program = self._program.version(LISTS=has_lists, **optics.disc.switches)
         quads = self._quads_of(program, buffers.sprite)
         target, enlarged = self._target.around(color), color.width / picture.coc.width
         target.use()

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from heatlens.render.defocus.layer_cuts import LayerCut
 from heatlens.render.defocus.layer_plan import LayerPlan
 from heatlens.render.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
-from heatlens.render.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
+from heatlens.render.defocus.listed_fragments import list_buffers, list_uniforms
 from heatlens.render.defocus.pixel_list import OF_BOTH, WHOLE_LIST, Slices, clear_list
 from heatlens.render.defocus.tile_mask import TileList, TileMask, tile_count
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, groups_for, pixel_groups
-from heatlens.render.gpu.program_versions import ProgramVersions
 from heatlens.render.gpu.resources import Buffer, StorageBuffer, Texture
 from heatlens.render.gpu.shader_constants import STRIP_COLUMNS
 
@@ -42,11 +41,7 @@ class LayerSplitPass:
     """Cuts one layer out of the picture."""
 
     def __init__(self, ctx: Device) -> None:
-        shader = "defocus/layer_split.comp.glsl"
-        self._programs = {
-            False: ListProgram(ctx, shader),
-            True: ListProgram(ctx, shader, {"REDUCED": 1}),
-        }
+        self._program = ComputeProgram(ctx, "defocus/layer_split.comp.glsl")
         self._slices = Slices(ctx)
 
     def steps(
@@ -72,7 +67,7 @@ class LayerSplitPass:
                 "at_infinity_px": lists.line.at_infinity_px,
             }
         for slice_uniforms in self._slices.of(picture.coc.size):
-            self._programs[plan.reduction > 1].version(lists is not None).dispatch(
+            self._program.version(REDUCED=plan.reduction > 1, LISTS=lists is not None).dispatch(
                 out.tile_list.words,
                 offset=TileList.OF_LAYER,
                 textures=picture.textures(),
@@ -127,14 +122,10 @@ class HiddenFillPass:
     """Guesses hidden colors: continues visible structures behind nearer layers."""
 
     def __init__(self, ctx: Device) -> None:
-        blocks, cost, fill = (
-            f"defocus/hidden_{name}.comp.glsl" for name in ("blocks", "cost", "fill")
+        self._blocks, self._cost, self._fill = (
+            ComputeProgram(ctx, f"defocus/hidden_{name}.comp.glsl")
+            for name in ("blocks", "cost", "fill")
         )
-        self._block_programs = ProgramVersions(
-            lambda switches: ComputeProgram(ctx, name=blocks, defines=switches)
-        )
-        self._cost_programs = ProgramVersions(lambda switches: ComputeProgram(ctx, cost, switches))
-        self._fill_programs = ProgramVersions(lambda switches: ComputeProgram(ctx, fill, switches))
         self._slices = Slices(ctx)
 
     def steps(
@@ -159,8 +150,8 @@ class HiddenFillPass:
         yield
         fill_buffers = scratch.lists
         has_lines = line_share > 0.0
-        cost = self._cost_programs.version(MATCHED=bool(match_textures), LINES=has_lines)
-        fill = self._fill_programs.version(
+        cost = self._cost.version(MATCHED=bool(match_textures), LINES=has_lines)
+        fill = self._fill.version(
             LISTS=bool(info_textures), MATCHED=bool(match_textures), LINES=has_lines
         )
         uniforms: dict[str, object] = {
@@ -195,7 +186,7 @@ class HiddenFillPass:
     ) -> None:
         """Mark the hidden `pixels` as not visible, and list the blocks to fill."""
         clear_list(scratch.blocks)
-        self._block_programs.version(MATCHED=scratch.match is not None).dispatch(
+        self._blocks.version(MATCHED=scratch.match is not None).dispatch(
             pixels,
             textures={"layer_tx": layer.color},
             images=cost_images,
@@ -276,8 +267,7 @@ class CompositePass:
     """Composites a blurred layer, smaller than the picture, over the layers behind it."""
 
     def __init__(self, ctx: Device) -> None:
-        shader = "defocus/composite.comp.glsl"
-        self._programs = ProgramVersions(lambda switches: ComputeProgram(ctx, shader, switches))
+        self._over = ComputeProgram(ctx, "defocus/composite.comp.glsl")
         self._begin = ComputeProgram(ctx, "defocus/composite_begin.comp.glsl")
 
     # Only tiles that the farthest layer leaves are cleared. Clearing the whole picture through a
@@ -300,7 +290,7 @@ class CompositePass:
         """
         list_words, mask, is_mixed = blurred.tile_list.words, blurred.mask, plan.share < 1.0
         behind_textures: _Textures = {"behind_tx": behind} if is_mixed else {}
-        self._programs.version(MIXED=is_mixed).dispatch(
+        self._over.version(MIXED=is_mixed).dispatch(
             list_words,
             offset=TileList.OF_PICTURE,
             textures={"layer_tx": blurred.color} | behind_textures,

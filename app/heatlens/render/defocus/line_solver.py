@@ -16,7 +16,7 @@ from typing import Literal, assert_never
 from heatlens.render.defocus.tile_mask import RUN_LEAST, TileMask, WholePictures, run_length
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.program import ComputeProgram, ComputePrograms, groups_for
+from heatlens.render.gpu.program import ComputeProgram, groups_for
 from heatlens.render.gpu.resources import Buffer, Image, StorageBuffer
 from heatlens.render.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_TEXELS, TILE
 from heatlens.render.gpu.textures import enlarge, new_buffer
@@ -103,7 +103,7 @@ class LineSolver(ABC):
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._programs = ComputePrograms(ctx)
+        self._solve = ComputeProgram(ctx, f"defocus/solve_{self.name}.comp.glsl")
         self._scratch: dict[str, Buffer] = {}
         self._whole = WholePictures(ctx)
 
@@ -143,7 +143,7 @@ class LineSolver(ABC):
 
     def release(self) -> None:
         """Release programs and buffers."""
-        self._programs.release()
+        self._solve.release()
         for buffer in self._scratch.values():
             buffer.release()
         self._scratch.clear()
@@ -185,10 +185,10 @@ class LineSolver(ABC):
                 enlarge(self._ctx, self._scratch[block], needed_bytes)
         return {**band.bindings.buffers, **self._scratch}
 
-    def _program(self, shader: str, band: Band, **defines: object) -> ComputeProgram:
-        """Return the program of a shader for the system and axis of a band; build it once."""
-        strips = {"STRIPS": 1} if self._STRIPS else {}
-        return self._programs.get(shader, band.system.shader_defines(band.axis) | strips | defines)
+    def _program(self, band: Band, **defines: object) -> ComputeProgram:
+        """Return the version of the shader for the system and axis of a band."""
+        system = band.system.shader_defines(band.axis)
+        return self._solve.version(**system, STRIPS=self._STRIPS, **defines)
 
 
 # On a software rasterizer, which has no fast shared memory, the least arithmetic is fastest: 1,080
@@ -213,12 +213,7 @@ class SweepSolver(LineSolver):
 
     def _solve_band(self, band: Band) -> None:
         """Solve each line in one invocation, forth and back."""
-        program = self._program(
-            "defocus/solve_sweep.comp.glsl",
-            band,
-            LINES_PER_GROUP=self.LINES_PER_GROUP,
-            BLOCK=self.BLOCK,
-        )
+        program = self._program(band, LINES_PER_GROUP=self.LINES_PER_GROUP, BLOCK=self.BLOCK)
         self._dispatch(program, groups_for(band.count, self.LINES_PER_GROUP), band)
 
 
@@ -254,7 +249,7 @@ class PartitionSolver(LineSolver):
         """Solve the listed segments of active tiles, several pixels in each invocation."""
         defines = self.run_defines(band.system, band.length, band.count)
         segments = band.tiles.rows if band.axis == "rows" else band.tiles.columns
-        self._program("defocus/solve_partition.comp.glsl", band, **defines).dispatch(
+        self._program(band, **defines).dispatch(
             segments,
             textures=band.bindings.textures,
             images=band.bindings.images,
@@ -284,7 +279,7 @@ class CyclicSolver(LineSolver):
         stages += [*(("SUBSTITUTE", distance) for distance in reversed(distances)), ("STORE", 0)]
         buffers = self._buffers(band)
         for stage, distance in stages:
-            self._program("defocus/solve_cyclic.comp.glsl", band, STAGE=stage).dispatch(
+            self._program(band, STAGE=stage).dispatch(
                 (groups_for(band.length, CYCLIC_GROUP), band.count),
                 textures=band.bindings.textures,
                 images=band.bindings.images,

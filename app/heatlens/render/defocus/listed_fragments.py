@@ -1,14 +1,10 @@
 """Keep the fragment lists of a plate on the GPU, and programs that can use them."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.coc import CocLine
 from heatlens.render.defocus.optics import Optics
-from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.program import ComputeProgram
-from heatlens.render.gpu.program_versions import ProgramVersions
 from heatlens.render.gpu.resources import Buffer
 
 
@@ -100,21 +96,6 @@ def listed_through(
     if fragments is None or optics.line is None:
         return None
     return ListedFragments(fragments, optics.line, is_open=has_alpha)
-
-
-class ListProgram:
-    """A compute program in two versions: with and without fragment lists."""
-
-    def __init__(
-        self, ctx: Device, shader: str, defines: Mapping[str, object] | None = None
-    ) -> None:
-        self._versions = ProgramVersions(
-            lambda all_defines: ComputeProgram(ctx, name=shader, defines=all_defines), defines
-        )
-
-    def version(self, with_lists: bool) -> ComputeProgram:
-        """Return the version for pictures with or without lists."""
-        return self._versions.version(LISTS=with_lists)
 
 
 def list_buffers(lists: ListedFragments | None) -> dict[str, Buffer]:

@@ -15,7 +15,6 @@ from heatlens.render.defocus.scatter_pass import ScatterPass, ScatterTargets, bu
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, groups_for, pixel_groups
-from heatlens.render.gpu.program_versions import ProgramVersions
 from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.shader_constants import DISC_RAMP_PX, PIXEL_GROUP, PYRAMID_LEVELS_MAX
 from heatlens.render.gpu.textures import OpeningTextures
@@ -71,16 +70,14 @@ class GatherPass:
     """
 
     def __init__(self, ctx: Device) -> None:
-        self._programs = ProgramVersions(
-            lambda switches: ComputeProgram(ctx, name="defocus/gather.comp.glsl", defines=switches)
-        )
+        self._program = ComputeProgram(ctx, "defocus/gather.comp.glsl")
         self._openings = OpeningTextures(ctx)
 
     def steps(
         self, color: Texture, coc: Texture, optics: Optics, out_color: Texture, weight: Texture
     ) -> Iterator[None]:
         """Fill `out_color`, RGBA as `color`; `weight` is scratch, RGBA for shapes not plain."""
-        program = self._programs.version(**optics.disc.switches)
+        program = self._program.version(**optics.disc.switches)
         textures = {"color_tx": color, "coc_tx": coc} | self._openings.of(optics.disc.aperture)
         reach = disc_reach_px(optics)
         work_steps = gather_steps(color.size, reach)

@@ -17,7 +17,7 @@ from heatlens.render.defocus.tile_mask import SegmentPass, TileMask
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.defocus.view_tiles import ViewTiles, list_tiles, tiles_near
 from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.program import ComputePrograms, blocks_for, pixel_groups
+from heatlens.render.gpu.program import ComputeProgram, blocks_for, pixel_groups
 from heatlens.render.gpu.resources import StorageBuffer, Texture
 from heatlens.render.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE_PX_2
 
@@ -141,7 +141,8 @@ class OverlapZones:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._programs = ComputePrograms(ctx)
+        self._edges = ComputeProgram(ctx, "defocus/overlap_edges.comp.glsl")
+        self._zone = ComputeProgram(ctx, "defocus/overlap_zone.comp.glsl")
 
     def find(
         self,
@@ -189,8 +190,7 @@ class OverlapZones:
         size = blocks_for(surfaces.coc.size, FAR_BLOCK)
         name = surfaces.name
         zone, zone_rows = (scratch.texture(f"{name} {it}", size, 2) for it in ("zone", "zone rows"))
-        edges = self._programs.get("defocus/overlap_edges.comp.glsl", surfaces.defines)
-        edges.dispatch(
+        self._edges.version(**surfaces.defines).dispatch(
             pixel_groups(size),
             textures={"coc_tx": surfaces.coc},
             images={"out_zone_img": zone},
@@ -203,7 +203,7 @@ class OverlapZones:
         reach_px = max(optics.disc.half_extents) * widest_px / 2 + _MARGIN_PX
         reach = {"reach_blocks": min(math.ceil(reach_px / FAR_BLOCK), max(size))}
         for source, target, direction in ((zone, zone_rows, (1, 0)), (zone_rows, zone, (0, 1))):
-            self._programs.get("defocus/overlap_zone.comp.glsl").dispatch(
+            self._zone.dispatch(
                 pixel_groups(size),
                 textures={"zone_tx": source},
                 images={"out_zone_img": target},

@@ -29,7 +29,6 @@ from heatlens.render.defocus.tile_mask import SegmentPass, TileMask
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import (
     ComputeProgram,
-    ComputePrograms,
     groups_for,
     pixel_groups,
 )
@@ -45,6 +44,7 @@ _PARTLY_KNOWN: dict[str, object] = {"known_from": 0.0, "known_to": 1.0}
 _WHOLLY_KNOWN: dict[str, object] = {"known_from": 0.9, "known_to": 1.0}
 _TAIL = 2.0  # a disc of a draft spreads so far, in radii of the disc
 _NO_PART = np.zeros((1, 4))  # stands for a part in the call that begins the sum
+_PROGRAMS = "surfaces", "links", "view", "order", "masks", "sum", "over", "mix"
 
 
 @dataclass(frozen=True)
@@ -89,18 +89,18 @@ class PartViewsPass:
         self._tiles = TileBands(ctx)
         self._coc_fill = coc_fill
         self._zones, self._segments = OverlapZones(ctx), SegmentPass(ctx)
-        self._programs = ComputePrograms(ctx)
+        self._programs = {
+            name: ComputeProgram(ctx, f"defocus/part_{name}.comp.glsl") for name in _PROGRAMS
+        }
 
     def _program(
         self, name: str, has_all_depths: bool = False, positions: int = 1
     ) -> ComputeProgram:
-        """Return the program part_`name`, which is built when it is first used.
+        """Return the program part_`name`.
 
         With several `positions`, the part of the lens varies over the picture.
         """
-        defines = {"ALL_DEPTHS": 1} if has_all_depths else {}
-        defines |= {"PART_VARIES": 1} if positions > 1 else {}
-        return self._programs.get(f"defocus/part_{name}.comp.glsl", defines)
+        return self._programs[name].version(ALL_DEPTHS=has_all_depths, PART_VARIES=positions > 1)
 
     def find_zone(
         self,

@@ -6,7 +6,6 @@ from heatlens.core.model.focus.coc import CocLine
 from heatlens.render.defocus.pixel_list import PixelBands
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
-from heatlens.render.gpu.program_versions import ProgramVersions
 from heatlens.render.gpu.resources import Texture
 
 
@@ -141,9 +140,7 @@ class ProxyPass:
     """Reduces a plate: color is averaged, depth is sampled."""
 
     def __init__(self, ctx: Device) -> None:
-        self._programs = ProgramVersions(
-            lambda switches: ComputeProgram(ctx, name="defocus/proxy.comp.glsl", defines=switches)
-        )
+        self._program = ComputeProgram(ctx, "defocus/proxy.comp.glsl")
 
     def run(
         self,
@@ -161,7 +158,7 @@ class ProxyPass:
         images = {"out_color_img": out_color, "out_depth_img": out_depth}
         if out_positions is not None:
             images["out_positions_img"] = out_positions
-        self._programs.version(POSITIONS=out_positions is not None).dispatch(
+        self._program.version(POSITIONS=out_positions is not None).dispatch(
             pixel_groups(out_color.size),
             textures={"color_tx": color, "depth_tx": depth},
             images=images,

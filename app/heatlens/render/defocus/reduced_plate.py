@@ -18,14 +18,13 @@ from heatlens.render.defocus.quality import layers_for
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.program import ComputePrograms, pixel_groups
+from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 from heatlens.render.gpu.resources import Buffer, Texture
 
 FRAGMENT_BYTES = 12  # bytes of a fragment in a list
 _EXTRA_PER_PIXEL = 2  # additional fragments per pixel, for pixels without a list among others
 # Summed up in one dispatch: llvmpipe ends a loop silently after 65,535 rounds, 256 pixels in each.
 _PIXELS_PER_SUM = 1 << 22
-_LISTS, _SILHOUETTES = "defocus/proxy_lists.comp.glsl", "defocus/proxy_silhouettes.comp.glsl"
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,9 @@ class ProxyListsPass:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._programs = ComputePrograms(ctx)
+        self._lists = ComputeProgram(ctx, "defocus/proxy_lists.comp.glsl")
+        self._silhouettes = ComputeProgram(ctx, "defocus/proxy_silhouettes.comp.glsl")
+        self._starts = ComputeProgram(ctx, "defocus/peel_starts.comp.glsl")
 
     def merge(
         self,
@@ -76,7 +77,7 @@ class ProxyListsPass:
         list_inputs = {"start_block": full_size.starts, "fragment_block": full_size.words}
         uniforms = _full_size_uniforms(full_size) | {"is_measured": full_size.is_measured}
         textures = {"color_tx": color, "depth_tx": depth}
-        self._run(_LISTS, textures, list_inputs, uniforms, memory, out_depth)
+        self._run(self._lists, textures, list_inputs, uniforms, memory, out_depth)
 
     # A reduced pixel can contain two surfaces, such as a wire and the wall behind it. Both are
     # listed, each with its own depth; with one depth they would be blurred alike, and wires would
@@ -96,11 +97,11 @@ class ProxyListsPass:
         have no list. `out_depth` is as for `merge`.
         """
         textures = {"color_tx": color, "depth_tx": depth, "positions_tx": positions}
-        self._run(_SILHOUETTES, textures, {}, {}, memory, out_depth)
+        self._run(self._silhouettes, textures, {}, {}, memory, out_depth)
 
     def _run(
         self,
-        shader: str,
+        program: ComputeProgram,
         textures: Mapping[str, Texture],
         list_inputs: Mapping[str, Buffer],
         uniforms: Mapping[str, object],
@@ -109,7 +110,7 @@ class ProxyListsPass:
     ) -> None:
         """Count the fragments of each list, sum them up, and write the lists to `memory`.
 
-        `shader` is a file with a variant that only counts. `out_depth` gives the size of the
+        `program` has a version that only counts. `out_depth` gives the size of the
         reduced picture, and is changed as `merge` says.
         """
         size = out_depth.size
@@ -117,12 +118,12 @@ class ProxyListsPass:
         groups, images = pixel_groups(size), {"depth_img": out_depth}
         sized_uniforms = {**uniforms, "size": size}
         memory.total.write(np.zeros(1, np.uint32))
-        self._programs.get(shader, {"COUNT": 1}).dispatch(
+        program.version(COUNT=True).dispatch(
             groups, textures=textures, images=images, buffers=count_buffers, uniforms=sized_uniforms
         )
         self._sum_up(memory, size[0] * size[1])
         write_buffers = count_buffers | {"proxy_fragment_block": memory.lists.words}
-        self._programs.get(shader).dispatch(
+        program.dispatch(
             groups, textures=textures, images=images, buffers=write_buffers, uniforms=sized_uniforms
         )
 
@@ -133,7 +134,7 @@ class ProxyListsPass:
         """
         for first_pixel in range(0, pixel_count, _PIXELS_PER_SUM):
             count = min(_PIXELS_PER_SUM, pixel_count - first_pixel)
-            self._programs.get("defocus/peel_starts.comp.glsl").dispatch(
+            self._starts.dispatch(
                 (1, 1),
                 buffers={"start_block": memory.lists.starts, "total_block": memory.total},
                 uniforms={

@@ -23,7 +23,6 @@ from heatlens.render.gpu.program import (
     groups_for,
     pixel_groups,
 )
-from heatlens.render.gpu.program_versions import ProgramVersions
 from heatlens.render.gpu.resources import Buffer, Texture
 from heatlens.render.gpu.shader_constants import (
     DISC_RAMP_PX,
@@ -113,9 +112,7 @@ class ScatterPass:
         self._ctx = ctx
         self._count = ComputeProgram(ctx, "defocus/scatter_sort.comp.glsl", {"COUNT": 1})
         self._sort = ComputeProgram(ctx, "defocus/scatter_sort.comp.glsl")
-        self._discs = ProgramVersions(
-            lambda switches: DrawProgram(ctx, "defocus/scatter_draw", defines=switches)
-        )
+        self._discs = DrawProgram(ctx, "defocus/scatter_draw")
         self._over = ComputeProgram(ctx, "defocus/scatter_over.comp.glsl")
         self._quads: dict[DrawProgram, tuple[Buffer, VertexArray]] = {}
         self._target = DrawTarget(ctx)

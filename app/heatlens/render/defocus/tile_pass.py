@@ -7,7 +7,7 @@ from itertools import accumulate, pairwise
 from heatlens.core.model.shot.settings import LAYERS_MAX
 from heatlens.render.defocus.layer_cuts import NEARER_THAN_ALL, LayerCut
 from heatlens.render.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tiles
-from heatlens.render.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
+from heatlens.render.defocus.listed_fragments import list_buffers, list_uniforms
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.pixel_list import Slices
 from heatlens.render.defocus.scratch import Scratch
@@ -59,7 +59,7 @@ class TilePass:
 
     def __init__(self, ctx: Device) -> None:
         rows = {} if is_software(ctx) else {"ROWS_AT_ONCE": TILE}
-        self._layers = ListProgram(ctx, shader="defocus/tile_layers.comp.glsl", defines=rows)
+        self._layers = ComputeProgram(ctx, "defocus/tile_layers.comp.glsl", rows)
         self._rows = ComputeProgram(ctx, "defocus/tile_reach_rows.comp.glsl")
         self._reach = ComputeProgram(ctx, "defocus/tile_reach.comp.glsl")
         self._segments = SegmentPass(ctx)
@@ -74,7 +74,7 @@ class TilePass:
         layers = scratch.buffer("tile content", TileMask.bytes_for(size))
         content = TileContent(layers, scratch.texture("tile nearest", tile_count(size), 1), size)
         lists = picture.lists
-        self._layers.version(lists is not None).dispatch(
+        self._layers.version(LISTS=lists is not None).dispatch(
             _groups(tile_count(size)),
             textures={"coc_tx": picture.coc, "kind_tx": picture.kind, "near_tx": picture.near},
             images={"out_nearest_img": content.nearest},

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 from heatlens.render.defocus.listed_fragments import (
     ListedFragments,
-    ListProgram,
     list_buffers,
     list_uniforms,
 )
@@ -68,11 +67,11 @@ class UnmixPass:
     """Computes `kind`, `far` and `near` of an `UnmixedPicture` from its color and coc."""
 
     def __init__(self, ctx: Device) -> None:
-        self._find = ListProgram(ctx, "defocus/unmix_find.comp.glsl")
-        self._own = ListProgram(ctx, "defocus/unmix_own.comp.glsl")
-        self._far = ListProgram(ctx, "defocus/unmix_far.comp.glsl")
+        self._find = ComputeProgram(ctx, "defocus/unmix_find.comp.glsl")
+        self._own = ComputeProgram(ctx, "defocus/unmix_own.comp.glsl")
+        self._far = ComputeProgram(ctx, "defocus/unmix_far.comp.glsl")
         self._thin = ComputeProgram(ctx, "defocus/unmix_thin.comp.glsl")
-        self._near = ListProgram(ctx, "defocus/unmix_near.comp.glsl")
+        self._near = ComputeProgram(ctx, "defocus/unmix_near.comp.glsl")
         self._bands, self._slices = PixelBands(ctx), Slices(ctx)
 
     # Far edges are in the first list and near edges in the second, and each kind has its own pass,
@@ -94,7 +93,7 @@ class UnmixPass:
         lists = picture.lists
         yield from self._classify_pixels(picture, uniforms, edge_buffers | list_buffers(lists))
         programs = self._own, self._far, self._near
-        own, far, near = (each.version(lists is not None) for each in programs)
+        own, far, near = (each.version(LISTS=lists is not None) for each in programs)
         split_images: _Images = {"far_img": picture.far, "near_img": picture.near}
         first_images: _Images = {"out_far_img": picture.far, "out_near_img": picture.near}
         thin_buffers: _Buffers = {"pixel_list_block": thin}
@@ -127,7 +126,7 @@ class UnmixPass:
         lists = picture.lists
         list_values = {} if lists is None else {"is_measured": lists.is_measured}
         return self._bands.run(
-            self._find.version(lists is not None),
+            self._find.version(LISTS=lists is not None),
             picture.color.size,
             uniforms | list_uniforms(lists) | list_values,
             textures={"coc_tx": picture.coc},

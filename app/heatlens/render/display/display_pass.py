@@ -24,7 +24,7 @@ class _BuiltTransform:
         self._ctx = ctx
         self._functions = transform.glsl
         self._programs: dict[str, ComputeProgram] = {}
-        self.program(_PICTURE)  # compile now, so that GLSL errors are raised at once
+        self.program(_PICTURE).link()  # now, so that GLSL errors are raised at once
         self.luts: dict[str, Image] = {
             lut.sampler: _make_lut_texture(ctx, lut) for lut in transform.luts
         }

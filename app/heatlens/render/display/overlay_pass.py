@@ -6,7 +6,7 @@ from heatlens.core.model.view.guides import USUAL_PEAKING, Peaking, PeakingOn
 from heatlens.core.model.view.overlays import overlay_of
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.program import ComputePrograms, pixel_groups
+from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 from heatlens.render.gpu.resources import Texture
 
 
@@ -15,7 +15,7 @@ class OverlayPass:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._programs = ComputePrograms(ctx)
+        self._program = ComputeProgram(ctx, "display/overlay.comp.glsl")
 
     def run(
         self,
@@ -40,7 +40,7 @@ class OverlayPass:
         limits = (*layer_limits_px, *[1e30] * LAYERS_MAX)[:LAYERS_MAX]  # unused ones are farthest
         defines = {"MODE": overlay_of(overlay).function, "PEAKING": int(peaking is not None)}
         peaking = peaking or USUAL_PEAKING
-        self._programs.get("display/overlay.comp.glsl", defines).dispatch(
+        self._program.version(**defines).dispatch(
             pixel_groups(out.size),
             textures={"depth_tx": depth, "color_tx": color or depth},
             images={"out_overlay_img": out},

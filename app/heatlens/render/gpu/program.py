@@ -6,6 +6,7 @@ the tests set, an input that the compiler kept and that was never given is a Sha
 """
 
 from collections.abc import Mapping, Sequence
+from typing import Generic, Self, TypeAlias, TypeVar
 
 from heatlens.core.base.paths import data_dir
 from heatlens.render.gpu import shader_reload
@@ -16,76 +17,113 @@ from heatlens.render.gpu.resources import Buffer, BufferPart, Image, StorageBuff
 from heatlens.render.gpu.shader_constants import PIXEL_GROUP
 from heatlens.render.gpu.shader_source import ShaderSource, assemble
 
+Defines: TypeAlias = Mapping[str, object]
+Linked = TypeVar("Linked", LinkedCompute, LinkedDraw)
 
-class _Program:
-    """A linked program that can be built again from its files."""
+
+class _Program(Generic[Linked]):
+    """A program that is built from its files on first use, and can be built again."""
 
     build_count = 0  # number of programs built in this process
 
-    def __init__(self, ctx: Device) -> None:
-        self._ctx = ctx
-        self._build()
+    def __init__(self, ctx: Device, defines: Defines | None) -> None:
+        self._ctx, self._defines = ctx, dict(defines or {})
+        self._versions: dict[frozenset[tuple[str, object]], Self] = {}
+        self._built: Linked | None = None
+        self._files = frozenset[str]()
         shader_reload.watch(self)
+
+    def version(self, **defines: object) -> Self:
+        """Return the program with more defines; True stands for 1, and False for no define.
+
+        The same defines give the same program.
+        """
+        added = {
+            name: 1 if value is True else value
+            for name, value in defines.items()
+            if value is not False
+        }
+        key = frozenset(added.items())
+        if not added:
+            return self
+        if key not in self._versions:
+            self._versions[key] = self._with(self._defines | added)
+        return self._versions[key]
+
+    def _with(self, defines: Defines) -> Self:
+        """Return a program of the same files with other defines."""
+        raise NotImplementedError
 
     def _sources(self) -> Sequence[ShaderSource]:
         """Read the texts of the stages again."""
         raise NotImplementedError
 
-    def _link(self, sources: Sequence[ShaderSource]) -> LinkedCompute | LinkedDraw:
+    def _compile(self, sources: Sequence[ShaderSource]) -> Linked:
         """Compile and link the stages on the device."""
         raise NotImplementedError
 
-    def _build(self) -> None:
+    def link(self) -> Linked:
+        """Return the program of the device, which `rebuild` replaces.
+
+        Raises ShaderError with the driver's log, in which positions are given as file and line.
+        """
+        return self._build() if self._built is None else self._built
+
+    def _build(self) -> Linked:
         """Build the program from the current files, and remember which files it came from."""
         sources = self._sources()
         self._ctx.known_programs.add(sources)
-        self._program = self._link(sources)
+        self._built = self._compile(sources)
         _Program.build_count += 1
         self._files = frozenset(file for source in sources for file in source.files)
+        return self._built
 
     @property
     def files(self) -> frozenset[str]:
-        """The files that the text came from, relative to the folder of shaders."""
+        """The files that the text came from, relative to the folder of shaders; none before."""
         return self._files
 
     def rebuild(self) -> None:
         """Build from the current files; raise ShaderError and keep the old build on failure."""
-        previous = self._program
+        previous = self._built
         self._build()
-        previous.release()
+        if previous is not None:
+            previous.release()
 
     def release(self) -> None:
-        """Delete the program."""
-        shader_reload.forget(self)
-        self._program.release()
+        """Delete the program and its versions; one that is used again is built again."""
+        if self._built is not None:
+            self._built.release()
+        self._built, self._files = None, frozenset()
+        while self._versions:
+            self._versions.popitem()[1].release()
 
 
-class ComputeProgram(_Program):
-    """One compiled compute shader."""
-
-    _program: LinkedCompute
+class ComputeProgram(_Program[LinkedCompute]):
+    """One compute shader."""
 
     def __init__(
         self,
         ctx: Device,
         name: str,
-        defines: Mapping[str, object] | None = None,
+        defines: Defines | None = None,
         functions: str = "",
     ) -> None:
-        """Compile the shader file `name`.
+        """Take the shader file `name`.
 
-        `functions` is generated GLSL that defines functions which the file only declares. Raises
-        ShaderError with the driver's log, in which positions are given as file and line.
+        `functions` is generated GLSL that defines functions which the file only declares.
         """
-        self.name = name
-        self._defines, self._functions = defines, functions
-        super().__init__(ctx)
+        self.name, self._functions = name, functions
+        super().__init__(ctx, defines)
+
+    def _with(self, defines: Defines) -> "ComputeProgram":
+        return ComputeProgram(self._ctx, self.name, defines, self._functions)
 
     def _sources(self) -> Sequence[ShaderSource]:
         source = assemble(data_dir("shaders"), self.name, self._defines)
         return [source.append_functions(self._functions) if self._functions else source]
 
-    def _link(self, sources: Sequence[ShaderSource]) -> LinkedCompute:
+    def _compile(self, sources: Sequence[ShaderSource]) -> LinkedCompute:
         return self._ctx.compute_program(sources[0])
 
     def dispatch(
@@ -100,73 +138,47 @@ class ComputeProgram(_Program):
     ) -> None:
         """Run on `groups` workgroups; if that is a buffer, its words at byte `offset` are counts.
 
-        Raises ShaderError for a name that is not declared.
+        Raises ShaderError as `link`, and for a name that is not declared.
         """
-        self._program.bind(textures, images, buffers, uniforms)
+        program = self.link()
+        program.bind(textures, images, buffers, uniforms)
         if isinstance(groups, tuple):
-            self._program.run(groups)
+            program.run(groups)
         elif isinstance(groups, BufferPart):
-            self._program.run_indirect(groups.whole, offset + groups.first)
+            program.run_indirect(groups.whole, offset + groups.first)
         else:
-            self._program.run_indirect(groups, offset)
+            program.run_indirect(groups, offset)
 
 
-class ComputePrograms:
-    """Compute programs by shader file and defines, each built when it is first used."""
-
-    def __init__(self, ctx: Device) -> None:
-        self._ctx = ctx
-        self._built: dict[tuple[str, frozenset[tuple[str, object]]], ComputeProgram] = {}
-
-    def get(self, name: str, defines: Mapping[str, object] | None = None) -> ComputeProgram:
-        """Return the program of the shader file `name`. Raises ShaderError as `ComputeProgram`."""
-        key = name, frozenset((defines or {}).items())
-        if key not in self._built:
-            self._built[key] = ComputeProgram(self._ctx, name, defines)
-        return self._built[key]
-
-    def release(self) -> None:
-        """Delete the programs; one that is used again is built again."""
-        while self._built:
-            self._built.popitem()[1].release()
-
-
-class DrawProgram(_Program):
+class DrawProgram(_Program[LinkedDraw]):
     """A vertex and a fragment shader linked together."""
-
-    _program: LinkedDraw
 
     def __init__(
         self,
         ctx: Device,
         name: str,
         fragment: str | None = None,
-        defines: Mapping[str, object] | None = None,
+        defines: Defines | None = None,
     ) -> None:
-        """Link `name`.vert.glsl with `fragment`.frag.glsl; `fragment` defaults to `name`.
+        """Take `name`.vert.glsl with `fragment`.frag.glsl; `fragment` defaults to `name`."""
+        self._name, self._fragment = name, fragment or name
+        super().__init__(ctx, defines)
 
-        Raises ShaderError with the driver's log, in which positions are given as file and line.
-        """
-        self._names = f"{name}.vert.glsl", f"{fragment or name}.frag.glsl"
-        self._defines = defines
-        super().__init__(ctx)
+    def _with(self, defines: Defines) -> "DrawProgram":
+        return DrawProgram(self._ctx, self._name, self._fragment, defines)
 
     def _sources(self) -> Sequence[ShaderSource]:
         folder = data_dir("shaders")
-        return [assemble(folder, name, self._defines) for name in self._names]
+        names = f"{self._name}.vert.glsl", f"{self._fragment}.frag.glsl"
+        return [assemble(folder, name, self._defines) for name in names]
 
-    def _link(self, sources: Sequence[ShaderSource]) -> LinkedDraw:
+    def _compile(self, sources: Sequence[ShaderSource]) -> LinkedDraw:
         vertex, fragment = sources
         return self._ctx.draw_program(vertex, fragment)
 
     def vertex_array(self, layout: VertexLayout, index: Buffer | None = None) -> "VertexArray":
         """Return a vertex array of buffers and their attributes, without the unused ones."""
         return VertexArray(self, layout, index)
-
-    @property
-    def linked(self) -> LinkedDraw:
-        """The current program of the device; `rebuild` replaces it."""
-        return self._program
 
     def bind(
         self,
@@ -175,25 +187,26 @@ class DrawProgram(_Program):
         uniforms: Mapping[str, object] | None = None,
         buffers: Mapping[str, StorageBuffer] | None = None,
     ) -> None:
-        """Bind the inputs of the next draw; raise ShaderError for a name that is not declared."""
-        self._program.bind(textures, None, buffers, uniforms)
+        """Bind the inputs of the next draw. Raises ShaderError as `ComputeProgram.dispatch`."""
+        self.link().bind(textures, None, buffers, uniforms)
 
 
 class VertexArray:
-    """The vertex array of a draw program, which is made again when the program is rebuilt."""
+    """The vertex array of a draw program, made on first use and again after a rebuild."""
 
     def __init__(self, program: DrawProgram, layout: VertexLayout, index: Buffer | None) -> None:
         self._program, self._layout, self._index = program, list(layout), index
-        self._built_for = program.linked
-        self._built_array = self._built_for.vertex_array(self._layout, index)
+        self._built_for: LinkedDraw | None = None
+        self._built_array: LinkedArray | None = None
 
     @property
     def _current_array(self) -> LinkedArray:
-        """The vertex array of the current program, made again after a rebuild."""
-        if self._built_for is not self._program.linked:
-            previous, self._built_for = self._built_array, self._program.linked
-            self._built_array = self._built_for.vertex_array(self._layout, self._index)
-            previous.release()
+        """The vertex array of the current program."""
+        linked = self._program.link()
+        if self._built_array is None or self._built_for is not linked:
+            self.release()
+            self._built_for = linked
+            self._built_array = linked.vertex_array(self._layout, self._index)
         return self._built_array
 
     def render(self, mode: Primitive, vertices: int) -> None:
@@ -206,7 +219,8 @@ class VertexArray:
 
     def release(self) -> None:
         """Delete the vertex array, but not the buffers, which belong to the caller."""
-        self._built_array.release()
+        if self._built_array is not None:
+            self._built_array.release()
 
 
 def pixel_groups(size: tuple[int, int]) -> tuple[int, int]:

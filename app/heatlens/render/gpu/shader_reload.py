@@ -45,11 +45,6 @@ def watch(program: Rebuildable) -> None:
         _watched.add(program)
 
 
-def forget(program: Rebuildable) -> None:
-    """Stop watching a program that has been released."""
-    _watched.discard(program)
-
-
 @dataclass(frozen=True)
 class Reloaded:
     """The result of a reload: how many programs were rebuilt, and a message for the user."""

