@@ -68,6 +68,18 @@ def test_rendering_requests_frames_that_show_it_and_ends(session, turn):
     assert not turn.has_due_frame
 
 
+def test_answer_is_not_begun_while_newer_input_waits(session, turn):
+    turn_the_lens(session, turn)
+    turn.make_frame()
+    live = session.pictures.live
+    live.drop_work()
+    live.is_answering = True  # as after the frame that finished the answer to an older change
+    turn.work(is_input_newer=True)
+    assert live.is_unanswered
+    turn.work()
+    assert not live.is_unanswered
+
+
 def test_pulse_is_due_only_while_a_picture_is_rendered(session, turn):
     assert not turn.is_pulse_due(0.0)
     turn_the_lens(session, turn)

@@ -116,6 +116,17 @@ WISHES = st.builds(
 )
 
 
+def test_same_request_begins_the_answer_that_waits_behind_an_older_one():
+    _, live = measured_machine_and_picture(1.0)
+    old, new = shots(2)
+    live.request(old, 0, BUDGET_S, within_s=1e-6)
+    live.request(new, 0, BUDGET_S, within_s=1e6)
+    assert live.output.shot.lens == old.lens and live.is_unanswered
+    assert live.request(new, 0, BUDGET_S, within_s=1e6)
+    assert live.output.shot.lens == new.lens and not live.is_answering
+    assert not live.request(new, 0, BUDGET_S, within_s=1e6)
+
+
 class BuildingMachine(Machine):
     """A machine whose driver builds the programs of each kind of picture for seconds."""
 

@@ -108,8 +108,13 @@ class LoopTurn:
             grade = session.editing.shot.grade
             session.pictures.color.apply(session.pictures.view.state, session.screen, grade)
 
-    def work(self) -> None:
-        """Render for one slice if there is something to render, and request a frame for it."""
-        if self._scheduler.is_working:
+    # A picture that was begun before the input that came during a frame would be of an older focus:
+    # in a drag on a slow machine, each picture would be two frames late instead of one.
+    def work(self, is_input_newer: bool = False) -> None:
+        """Render for one slice if there is something to render, and request a frame for it.
+
+        With `is_input_newer` input waits, and the next frame begins the answer to it.
+        """
+        if self._scheduler.is_working and not (is_input_newer and self._live.is_unanswered):
             self._session.work()
             self._frames_due += self._scheduler.drawing_key != self._drawn_key

@@ -123,9 +123,11 @@ class Loop:
             self._pace.pulse()
             if self._turn.begin_due_frame():
                 self._draw_frame()
+            is_handing_out = self._input.has_waiting
+            glfw.poll_events()  # the input that came while the frame was drawn
             # Also between frames, so that a moving pointer cannot prevent rendering.
-            if not self._input.has_waiting:
-                self._turn.work()
+            if not is_handing_out:
+                self._turn.work(is_input_newer=self._input.has_waiting)
         self._save_preferences()
         self._feed.close()
         self._screen.sharing.sharing.end()

@@ -135,6 +135,8 @@ class LivePicture:
         finished. Return True if anything was rendered. A request that raised is not tried again.
         """
         request = whole_picture(shot, frame, plate.number)
+        if request == self._request and self.is_unanswered:
+            return self._answer_now(within_s)
         if request == self._request or self._adopt_if_unchanged(request, plate.is_finer):
             return False
         last_request, self._changed_at, self._budget_s = self._request, self._clock(), budget_s
@@ -150,9 +152,7 @@ class LivePicture:
         if refinable is not None:
             self.output = refinable
             return False
-        self._answer(within_s)
-        self.request_s += self._clock() - self._changed_at
-        return True
+        return self._answer_now(within_s)
 
     def _adopt_if_unchanged(self, request: PictureKey, is_finer: bool) -> bool:
         """Adopt a request and return True if it needs no new picture at once.
@@ -172,6 +172,13 @@ class LivePicture:
             self._request = request
             return True
         return False
+
+    def _answer_now(self, within_s: float) -> bool:
+        """Answer the request within a frame; return True."""
+        start = self._clock()
+        self._answer(within_s)
+        self.request_s += self._clock() - start
+        return True
 
     def _answer(self, slice_s: float) -> None:
         """Continue the answer in progress, or begin the answer to the request."""
@@ -211,6 +218,11 @@ class LivePicture:
             self.drop_work()
             self._is_refused, self.is_answering = True, False
             raise
+
+    @property
+    def is_unanswered(self) -> bool:
+        """True if the answer to the latest change has still to be begun."""
+        return self.is_answering and self._work is None
 
     @property
     def is_working(self) -> bool:
