@@ -1,5 +1,6 @@
 // Sharpens a small picture before it is enlarged, to make up for the softening of bilinear enlargement. A preview is
-// then no softer than its resolution requires.
+// then no softer than its resolution requires. Each invocation writes STRIP pixels below each other: it reads their
+// neighbors once for all of them.
 //
 // Input
 //   picture_tx   rgb display values
@@ -13,15 +14,22 @@ writeonly uniform image2D out_img;
 
 #define SHARPER 0.5  // share of the difference from the local mean to add; gives previews the lowest mean FLIP error
 
+vec3 value_at(ivec2 at) {
+    return texelFetch(picture_tx, clamp(at, ivec2(0), textureSize(picture_tx, 0) - 1), 0).rgb;
+}
+
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_img);
-    if (any(greaterThanEqual(at, size))) return;
-    vec3 mean = vec3(0.0);
-    for (int y = -1; y <= 1; ++y)
-        for (int x = -1; x <= 1; ++x) {
-            ivec2 tap = clamp(at + ivec2(x, y), ivec2(0), size - 1);
-            mean += float((2 - abs(x)) * (2 - abs(y))) * texelFetch(picture_tx, tap, 0).rgb / 16.0;
-        }
-    vec3 picture = texelFetch(picture_tx, at, 0).rgb;
-    imageStore(out_img, at, vec4(picture + SHARPER * (picture - mean), 1.0));
+    ivec2 first = ivec2(gl_GlobalInvocationID.xy) * ivec2(1, STRIP), size = imageSize(out_img);
+    if (any(greaterThanEqual(first, size))) return;
+    vec3 middle[STRIP + 2], mean[STRIP + 2];  // of the rows from the one above the first on
+    for (int y = 0; y < STRIP + 2; ++y) {
+        ivec2 at = first + ivec2(0, y - 1);
+        middle[y] = value_at(at);
+        mean[y] = 0.25 * value_at(at - ivec2(1, 0)) + 0.5 * middle[y] + 0.25 * value_at(at + ivec2(1, 0));
+    }
+    for (int y = 1; y <= STRIP; ++y) {
+        vec3 around = 0.25 * mean[y - 1] + 0.5 * mean[y] + 0.25 * mean[y + 1];
+        ivec2 at = first + ivec2(0, y - 1);
+        if (at.y < size.y) imageStore(out_img, at, vec4(middle[y] + SHARPER * (middle[y] - around), 1.0));
+    }
 }

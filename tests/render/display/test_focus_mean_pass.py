@@ -4,22 +4,24 @@ import numpy as np
 import pytest
 
 from heatlens.core.model.focus.coc import CocLine
-from heatlens.render.display.picture_pass import FocusMeanPass
+from heatlens.render.display.picture_pass import CoarsePlate, DepthRangePass, FocusMeanPass
 from heatlens.render.gpu.textures import download, new_texture, upload
 
 SMALL, TIMES = (6, 4), 5
-LINE = CocLine(at_infinity_px=20.0, per_dioptre_px=-40.0)
+LINE = CocLine(at_infinity_px=50.0, per_dioptre_px=-100.0)
 
 
 def focus_mean(ctx, color: np.ndarray, coc: np.ndarray, line: CocLine | None = None) -> np.ndarray:
-    """Return the focused mean of a picture (H, W, 4) with its coc (H, W) in pixels."""
+    """Return the mean of a picture (H, W, 4) with its coc (H, W) in pixels, and the share."""
     depth = coc if line is None else line.per_dioptre_px / (coc - line.at_infinity_px)
     size = color.shape[1::-1]
     textures = new_texture(ctx, size, 4), new_texture(ctx, size, 1)
     mean, out = new_texture(ctx, SMALL, 4), new_texture(ctx, SMALL, 4)
     for texture, values in zip((*textures, mean), (color, depth, blocks(color)), strict=True):
         upload(texture, values.astype(np.float32))
-    FocusMeanPass(ctx).run(*textures, line, mean, out)
+    depth_range = new_texture(ctx, SMALL, 4)
+    DepthRangePass(ctx).run(textures[1], depth_range)
+    FocusMeanPass(ctx).run(*textures, line, CoarsePlate(mean, depth_range), out)
     return download(out)
 
 
@@ -39,13 +41,36 @@ def test_focus_mean_weights_pixels_by_focus(ctx, rng, color, line):
     t = np.clip(np.abs(coc) / TIMES - 0.5, 0, 1)
     share = (1 - t * t * (3 - 2 * t))[..., None]
     expected = blocks(share * color) / blocks(share)
-    np.testing.assert_allclose(focus_mean(ctx, color, coc, line), expected, atol=1e-4)
+    found = focus_mean(ctx, color, coc, line)
+    np.testing.assert_allclose(found[..., :3], expected[..., :3], atol=1e-4)
+    np.testing.assert_array_equal(found[..., 3], 1.0)  # 0 and -1 pixel, or both sides of the focus
+
+
+@pytest.mark.parametrize("line", [None, LINE])
+@pytest.mark.parametrize("coc_px", [0.0, 4.0, -5.0, 30.0])
+def test_alpha_of_focus_mean_is_greatest_share(ctx, color, line, coc_px):
+    coc = np.full(color.shape[:2], 40.0)
+    coc[::TIMES, ::TIMES] = coc_px  # one pixel under each of the preview
+    t = np.clip(abs(coc_px) / TIMES - 0.5, 0, 1)
+    expected = 1 - t * t * (3 - 2 * t)
+    found = focus_mean(ctx, color, coc, line)[..., 3]
+    if coc_px < 0 and expected > 0:  # the focus lies between the pixels
+        expected = 1.0
+    np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+def test_focus_between_blurred_pixels_is_no_share(ctx, color):
+    coc = np.full(color.shape[:2], 40.0)
+    coc[::TIMES, ::TIMES] = -40.0
+    found = focus_mean(ctx, color, coc)
+    np.testing.assert_allclose(found[..., :3], blocks(color)[..., :3], atol=1e-6)
+    np.testing.assert_array_equal(found[..., 3], 0.0)
 
 
 @pytest.mark.parametrize("coc_px", [0.0, 2.0, -40.0])
 def test_focus_mean_is_plain_mean_for_equal_coc(ctx, color, coc_px):
     focused_mean = focus_mean(ctx, color, np.full(color.shape[:2], coc_px))
-    np.testing.assert_allclose(focused_mean, blocks(color), atol=1e-6)
+    np.testing.assert_allclose(focused_mean[..., :3], blocks(color)[..., :3], atol=1e-6)
 
 
 def test_focus_mean_excludes_blurred_pixels_beside_sharp_ones(ctx, rng, color):

@@ -5,7 +5,13 @@ import pytest
 
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.coc import CocLine
-from heatlens.render.display.picture_pass import Detail, EnlargePass, PicturePass, PlacedPicture
+from heatlens.render.display.picture_pass import (
+    TILE_PX,
+    Detail,
+    EnlargePass,
+    PicturePass,
+    PlacedPicture,
+)
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.resources import Sampling, Texture
 from support.rounding import tolerance_for
@@ -163,7 +169,9 @@ def test_preview_gets_detail_of_plate_where_in_focus(ctx, pictures, rng, line):
     textures = [texture_of(ctx, it.astype(np.uint8)) for it in (plate, coarse, preview)]
     for texture in textures:
         texture.sampling = Sampling.NEAREST
-    detail = Detail(textures[0], textures[1], texture_of_depths(ctx, depth), line, texel_px=3.0)
+    shares = texture_of(ctx, np.full((height // 5, width // 4, 4), 255, np.uint8))
+    depths = texture_of_depths(ctx, depth)
+    detail = Detail(textures[0], textures[1], shares, depths, line, texel_px=3.0)
     placed = placed_picture(textures[2], is_nearest=False, detail=detail)
     found = paint(ctx, pictures, placed)[..., :3].astype(float)
     nearer = np.minimum(coc, np.roll(coc, 1, axis=1))  # the pixel to the left, in front or behind
@@ -188,9 +196,25 @@ def test_pixel_in_focus_beside_a_blurred_foreground_gets_no_detail(ctx, pictures
     textures = [texture_of(ctx, it) for it in (plate, grey, grey)]
     for texture in textures:
         texture.sampling = Sampling.NEAREST
-    detail = Detail(textures[0], textures[1], texture_of_depths(ctx, cocs), None, texel_px=3.0)
+    depths = texture_of_depths(ctx, cocs)
+    detail = Detail(textures[0], textures[1], textures[1], depths, None, texel_px=3.0)
     found = paint(ctx, pictures, placed_picture(textures[2], is_nearest=False, detail=detail))
     np.testing.assert_array_equal(found[:, middle, 0], 100 + expected)
+
+
+def test_detail_is_drawn_in_the_tiles_that_have_a_share_of_it(ctx, pictures):
+    """A tile without any share keeps the preview, also where all of the plate is in focus."""
+    height, width = SCREEN[1], SCREEN[0]
+    grey, plate = (np.full((height, width, 4), value, np.uint8) for value in (100, 150))
+    shares = np.zeros((height // 2, width // 2, 4), np.uint8)
+    shares[5, 9, 3] = 1
+    textures = [texture_of(ctx, it) for it in (plate, grey, shares)]
+    depths = texture_of_depths(ctx, np.zeros((height, width)))
+    detail = Detail(*textures, depths, None, texel_px=3.0)
+    found = paint(ctx, pictures, placed_picture(texture_of(ctx, grey), detail=detail))
+    expected = np.full((height, width), 100)
+    expected[: 2 * TILE_PX, 2 * TILE_PX : 4 * TILE_PX] = 150
+    np.testing.assert_array_equal(found[..., 0], expected)
 
 
 def test_enlarge_pass_adds_half_of_the_detail(ctx, rng):

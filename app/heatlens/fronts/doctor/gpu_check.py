@@ -22,6 +22,7 @@ from heatlens.render.defocus.line_solver import (
     PartitionSolver,
     SweepSolver,
 )
+from heatlens.render.display.picture_pass import STRIP_PX, TILE_PX
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program_versions import PLAIN, Variants, combine_variants, without_and_with
@@ -151,20 +152,14 @@ def sources_of(build: Build) -> list[dict[Stage, ShaderSource]]:
     stem, stage, _ = name.split(".")
     source = assemble(data_dir("shaders"), name, defines)
     if stage == "frag":
-        vertex = assemble(data_dir("shaders"), f"{_vertex_shader_of(stem)}.vert.glsl", defines)
+        vertex = assemble(
+            data_dir("shaders"), f"{_VERTEX_SHADERS.get(stem, stem)}.vert.glsl", defines
+        )
         return [{"vert": vertex, "frag": source}]
     if stem.startswith("display/display"):
         views = srgb_transform().glsl, TABLE_GLSL
         return [{"comp": source.append_functions(view)} for view in views]
     return [{"comp": source}] if stage == "comp" else []
-
-
-def _vertex_shader_of(fragment: str) -> str:
-    """Return the vertex shader of the same or a shorter name: `picture` for `picture_detail`."""
-    name = _VERTEX_SHADERS.get(fragment, fragment)
-    while "_" in name and not (data_dir("shaders") / f"{name}.vert.glsl").is_file():
-        name = name.rpartition("_")[0]
-    return name
 
 
 def solver_builds() -> list[Build]:
@@ -221,6 +216,9 @@ def _variants_outside_passes() -> dict[str, Variants]:
         "scene_gpu/scene_mesh.vert.glsl": _scene_variants("COLORS", "BUMPS", "PLACEMENTS", "PEEL"),
         "scene_gpu/scene_sky.frag.glsl": _scene_variants("HOLES", "BUMPS", "PLACEMENTS", "PEEL"),
         "scene_gpu/scene_surface.frag.glsl": peeled,
+        "defocus/enlarge.comp.glsl": ({"FACTOR": 2}, {"FACTOR": 3}),
+        "display/enlarge_ready.comp.glsl": ({"STRIP": STRIP_PX},),
+        "display/picture_detail.frag.glsl": ({"TILE": TILE_PX},),
         "display/overlay.comp.glsl": ({}, *combine_variants(modes, peaking)),
     }
 

@@ -73,14 +73,18 @@ class CropPass:
 
 
 class RescalePass:
-    """Scales a picture about a point."""
+    """Scales a picture about a point, or a whole number of times."""
 
     def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "defocus/rescale.comp.glsl")
+        self._enlarge = ComputeProgram(ctx, "defocus/enlarge.comp.glsl")
 
     def enlarge(self, picture: Texture, out: Texture) -> None:
-        """Enlarge the whole picture to `out`, which is a number of times as large."""
-        self.run(picture, (0.0, 0.0), picture.width / out.width, out)
+        """Enlarge the whole picture to `out`, which is twice or three times as large."""
+        program = self._enlarge.version(FACTOR=out.width // picture.width)
+        program.dispatch(
+            pixel_groups(picture.size), textures={"from_tx": picture}, images={"out_img": out}
+        )
 
     def run(
         self, picture: Texture, center: tuple[float, float], ratio: float, out: Texture
@@ -94,8 +98,9 @@ class RescalePass:
         )
 
     def release(self) -> None:
-        """Release the program."""
+        """Release the programs."""
         self._program.release()
+        self._enlarge.release()
 
 
 class AlphaPass:

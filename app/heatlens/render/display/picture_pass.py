@@ -13,8 +13,17 @@ from heatlens.core.model.focus.coc import NO_LINE, CocLine
 from heatlens.core.model.view.view_geometry import Point
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.framebuffer import Blend, Framebuffer, Primitive
-from heatlens.render.gpu.program import ComputeProgram, DrawProgram, pixel_groups
+from heatlens.render.gpu.program import (
+    ComputeProgram,
+    DrawProgram,
+    blocks_for,
+    groups_for,
+    pixel_groups,
+)
 from heatlens.render.gpu.resources import Image, Texture
+
+TILE_PX = 8  # side of the tiles of a preview that are drawn with or without detail
+STRIP_PX = 4  # pixels that an invocation sharpens
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +32,7 @@ class Detail:
 
     plate    the plate, display values
     coarse   the part of the plate in focus, at the preview's size, display values
+    shares   alpha: the greatest share of the detail under each pixel of the preview
     depth    of the plate: meters, or signed coc in pixels where `line` is None
     line     signed coc over dioptres, in pixels of `depth`
     texel_px size of a pixel of the preview, in pixels of `depth`
@@ -30,6 +40,7 @@ class Detail:
 
     plate: Texture
     coarse: Texture
+    shares: Texture
     depth: Texture
     line: CocLine | None
     texel_px: float
@@ -62,10 +73,9 @@ class PicturePass:
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._program = DrawProgram(ctx, "display/picture")
-        self._detail_program = DrawProgram(ctx, "display/picture", "display/picture_detail")
-        self._quads = {
-            program: program.vertex_array([]) for program in (self._program, self._detail_program)
-        }
+        self._detail_program = DrawProgram(ctx, "display/picture_detail", defines={"TILE": TILE_PX})
+        self._quad = self._program.vertex_array([])
+        self._tiles = self._detail_program.vertex_array([])
 
     def run(
         self, pictures: Iterable[PlacedPicture], target: Framebuffer, screen_px: tuple[int, int]
@@ -86,38 +96,71 @@ class PicturePass:
         clip = picture.clip  # y down, while the rows of the target run up
         target.scissor = (clip.x0, screen_px[1] - clip.y1, clip.width, clip.height)
         self._ctx.draw_with(Blend.NONE if picture.is_opaque else Blend.OVER)
-        textures: dict[str, Image] = {"picture_tx": picture.texture}
-        uniforms: dict[str, object] = {
+        place: dict[str, object] = {
             "first_px": picture.first,
             "last_px": picture.last,
             "screen_px": screen_px,
         }
-        if picture.detail is None:
-            program = self._program
-            uniforms["is_nearest"] = picture.is_nearest
-        else:
-            program = self._detail_program
-            textures |= _detail_textures(picture.detail)
-            uniforms |= focus_uniforms(picture.detail.line, picture.detail.texel_px)
-        program.bind(textures=textures, uniforms=uniforms)
-        self._quads[program].render(Primitive.TRIANGLE_STRIP, vertices=4)
+        is_nearest = picture.is_nearest and picture.detail is None
+        self._program.bind(
+            textures={"picture_tx": picture.texture}, uniforms={**place, "is_nearest": is_nearest}
+        )
+        self._quad.render(Primitive.TRIANGLE_STRIP, vertices=4)
+        if picture.detail is not None:
+            self._draw_detail(picture.texture, picture.detail, place)
 
-
-def _detail_textures(detail: Detail) -> dict[str, Image]:
-    return {"plate_tx": detail.plate, "coarse_tx": detail.coarse, "depth_tx": detail.depth}
+    def _draw_detail(self, preview: Texture, detail: Detail, place: dict[str, object]) -> None:
+        """Draw the parts of a preview that have some detail over it."""
+        textures: dict[str, Image] = {
+            "picture_tx": preview,
+            "plate_tx": detail.plate,
+            "coarse_tx": detail.coarse,
+            "shares_tx": detail.shares,
+            "depth_tx": detail.depth,
+        }
+        focus = focus_uniforms(detail.line, detail.texel_px)
+        self._detail_program.bind(textures=textures, uniforms=place | focus)
+        across, down = blocks_for(detail.shares.size, TILE_PX)
+        self._tiles.render(Primitive.TRIANGLES, vertices=6 * across * down)
 
 
 class EnlargePass:
     """Compensates in advance for the softness of bilinear enlargement."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "display/enlarge_ready.comp.glsl")
+        self._program = ComputeProgram(ctx, "display/enlarge_ready.comp.glsl", {"STRIP": STRIP_PX})
 
     def run(self, picture: Texture, out: Texture) -> None:
         """Write `picture`, display values, to `out` of the same size, RGBA of 8 bits."""
+        strips = out.width, groups_for(out.height, STRIP_PX)
         self._program.dispatch(
-            pixel_groups(out.size), textures={"picture_tx": picture}, images={"out_img": out}
+            pixel_groups(strips), textures={"picture_tx": picture}, images={"out_img": out}
         )
+
+
+class DepthRangePass:
+    """Finds the least and the greatest depth under each pixel of a preview."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._program = ComputeProgram(ctx, "display/depth_range.comp.glsl")
+
+    def run(self, depth: Texture, out: Texture) -> None:
+        """Write the range of `depth` to the red and green of `out`, at the preview's size."""
+        self._program.dispatch(
+            pixel_groups(out.size), textures={"depth_tx": depth}, images={"out_img": out}
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class CoarsePlate:
+    """A plate at the size of a preview, whatever is in focus.
+
+    mean   its light, premultiplied
+    range  red and green: the least and the greatest depth under each pixel
+    """
+
+    mean: Texture
+    range: Texture
 
 
 class FocusMeanPass:
@@ -127,16 +170,26 @@ class FocusMeanPass:
         self._program = ComputeProgram(ctx, "display/focus_mean.comp.glsl")
 
     def run(
-        self, color: Texture, depth: Texture, line: CocLine | None, mean: Texture, out: Texture
+        self,
+        color: Texture,
+        depth: Texture,
+        line: CocLine | None,
+        coarse: CoarsePlate,
+        out: Texture,
     ) -> None:
-        """Write the mean of the focused part of `color` to `out`.
+        """Write the mean of the focused part of `color` to `out`, and to its alpha the share.
 
-        `depth` holds meters, or signed coc in pixels if `line` is None. `mean` holds the mean of
-        all of `color`, and has the size of `out`.
+        `depth` holds meters, or signed coc in pixels if `line` is None. `coarse` is of the same
+        plate, and has the size of `out`.
         """
         self._program.dispatch(
             pixel_groups(out.size),
-            textures={"color_tx": color, "depth_tx": depth, "mean_tx": mean},
+            textures={
+                "color_tx": color,
+                "depth_tx": depth,
+                "mean_tx": coarse.mean,
+                "range_tx": coarse.range,
+            },
             images={"out_img": out},
             uniforms=focus_uniforms(line, depth.width / out.width),
         )

@@ -12,7 +12,13 @@ from heatlens.render.defocus.plate_passes import ProxyPass, RescalePass, proxy_s
 from heatlens.render.defocus.quality import layers_for
 from heatlens.render.display.display_pass import DisplayPass
 from heatlens.render.display.overlay_pass import OverlayPass
-from heatlens.render.display.picture_pass import Detail, EnlargePass, FocusMeanPass
+from heatlens.render.display.picture_pass import (
+    CoarsePlate,
+    DepthRangePass,
+    Detail,
+    EnlargePass,
+    FocusMeanPass,
+)
 from heatlens.render.display.screen_frames import ScreenTransform
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.resources import Texture
@@ -60,6 +66,7 @@ class ScreenPictures:
         self._overlays = OverlayPass(ctx)
         self._focus_offsets = FocusOffsetSurvey(ctx)
         self._proxy, self._focus_mean = ProxyPass(ctx), FocusMeanPass(ctx)
+        self._depth_range = DepthRangePass(ctx)
         self._rescale = RescalePass(ctx)
         # The plate and size of which the texture "coarse plate" holds the mean.
         self._coarse_plate_key: tuple[Pinhole, tuple[int, int]] | None = None
@@ -161,8 +168,8 @@ class ScreenPictures:
             fine = self.b(plate.color, plate, view)
         else:
             fine = self._fine_plate(plate, final_proxy, view)
-        coarse = self._coarse_plate(plate, shown, view, optics.line)
-        return Detail(fine, coarse, plate.depth, optics.line, 1.0 / proxy)
+        shares, coarse = self._coarse_plate(plate, shown, view, optics.line)
+        return Detail(fine, coarse, shares, plate.depth, optics.line, 1.0 / proxy)
 
     def _fine_plate(self, plate: Pinhole, proxy: float, view: ViewState) -> Texture:
         """Return the plate as display values, at the size of the picture at rest."""
@@ -183,29 +190,37 @@ class ScreenPictures:
 
     def _coarse_plate(
         self, plate: Pinhole, shown: ShownPicture, view: ViewState, line: CocLine | None
-    ) -> Texture:
-        """Return the part of the plate in focus as display values, as a preview has it.
+    ) -> tuple[Texture, Texture]:
+        """Return the part of the plate in focus as a preview has it, as light and display values.
 
-        A preview that was enlarged for its highlights is matched by a plate enlarged likewise.
+        The light has the share of the detail as its alpha. A preview that was enlarged for its
+        highlights is matched by a plate enlarged likewise.
         """
         size = proxy_size(plate.color.size, shown.settings.proxy)
         transform = self._screen_transform(view)
+        focused = self._pool.texture("coarse plate in focus", size, 4)
         target = self._coarse
         if target.needs_update(shown.texture.size, (plate, size, transform, line)):
-            if self._coarse_plate_key != (plate, size):
-                self._reduce_plate("coarse plate", plate, size)
-                self._coarse_plate_key = plate, size
-            mean = self._pool.texture("coarse plate", size, 4)
-            focused = self._pool.texture("coarse plate in focus", size, 4)
-            self._focus_mean.run(plate.color, plate.depth, line, mean, focused)
+            coarse = self._reduced_with_range(plate, size)
+            self._focus_mean.run(plate.color, plate.depth, line, coarse, focused)
+            light = focused
             if shown.texture.size != size:
-                small, focused = focused, self._pool.texture("enlarged", shown.texture.size, 4)
-                self._rescale.enlarge(small, focused)
+                light = self._pool.texture("enlarged", shown.texture.size, 4)
+                self._rescale.enlarge(focused, light)
             assert target.texture is not None
-            self._display(focused, target.texture, transform, is_enlarged=True)
+            self._display(light, target.texture, transform, is_enlarged=True)
             self._update_mipmaps(target.texture)
         assert target.texture is not None
-        return target.texture
+        return focused, target.texture
+
+    def _reduced_with_range(self, plate: Pinhole, size: tuple[int, int]) -> CoarsePlate:
+        """Return the plate at the size of a preview; it is kept while both are the same."""
+        depth_range = self._pool.texture("depths under a pixel", size, 4)
+        if self._coarse_plate_key != (plate, size):
+            self._reduce_plate("coarse plate", plate, size)
+            self._depth_range.run(plate.depth, depth_range)
+            self._coarse_plate_key = plate, size
+        return CoarsePlate(self._pool.texture("coarse plate", size, 4), depth_range)
 
     def _reduce_plate(self, name: str, plate: Pinhole, size: tuple[int, int]) -> Texture:
         """Return the plate at a smaller size, in the texture called `name`."""

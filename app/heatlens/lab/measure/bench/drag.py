@@ -23,6 +23,8 @@ from heatlens.render.defocus.plate_passes import ProxyPass, RescalePass, proxy_s
 from heatlens.render.defocus.quality import kernel_for
 from heatlens.render.display.display_pass import DisplayPass
 from heatlens.render.display.picture_pass import (
+    CoarsePlate,
+    DepthRangePass,
     Detail,
     EnlargePass,
     FocusMeanPass,
@@ -51,6 +53,7 @@ class DragView:
         self._display, self._enlarge = DisplayPass(ctx), EnlargePass(ctx)
         self._proxy, self._picture_pass = ProxyPass(ctx), PicturePass(ctx)
         self._focus_mean, self._rescale = FocusMeanPass(ctx), RescalePass(ctx)
+        self._depth_range = DepthRangePass(ctx)
         self._out = ctx.texture(self.size, 4)
         self._screen = ctx.framebuffer([self._out])
         # Bound when the screen is released; the driver would bind the window's, which may not
@@ -79,12 +82,16 @@ class DragView:
         sides = (max(1, round(side * proxy / rest_proxy)) for side in self.size)
         width, height = sides
         line, mean = self.renderer.optics(shot).line, self._reduce_plate((width, height))
-        focused = self._pool.texture("focused", mean.size, 4)
-        self._focus_mean.run(loaded.color, loaded.depth, line, mean, focused)
+        depth_range = self._pool.texture("depths under a pixel", mean.size, 4)
+        self._depth_range.run(loaded.depth, depth_range)
+        focused = light = self._pool.texture("focused", mean.size, 4)
+        coarse = CoarsePlate(mean, depth_range)
+        self._focus_mean.run(loaded.color, loaded.depth, line, coarse, focused)
         if shown_size != focused.size:
-            small, focused = focused, self._pool.texture("enlarged", shown_size, 4)
-            self._rescale.enlarge(small, focused)
-        return Detail(plate, self._to_enlarged_display(focused), loaded.depth, line, 1.0 / proxy)
+            light = self._pool.texture("enlarged", shown_size, 4)
+            self._rescale.enlarge(focused, light)
+        seen = self._to_enlarged_display(light)
+        return Detail(plate, seen, focused, loaded.depth, line, 1.0 / proxy)
 
     def _reduce_plate(self, size: tuple[int, int]) -> Texture:
         """Return the loaded plate reduced to `size`, scene-linear."""
