@@ -491,6 +491,29 @@ class RefusingMachine(Machine):
         return (yield from super().steps(shot, frame, slot))
 
 
+def test_only_what_was_refused_waits_for_the_process_at_work_on_it():
+    """The process may still have to render the whole picture, which this one can since before."""
+    machine = RefusingMachine(0.1)
+    machine.builder = builder = Builder()
+    live = LivePicture(machine, machine.clock, builder=builder)
+    builder.built.add(FILM)
+    builder.is_pending = lambda level: True
+    live.request(shots(1)[0], 1, BUDGET_S)
+    settle(machine, live)
+    assert live.output.is_whole
+    refused = replace(FILM, quality=Quality.PREVIEW)
+    live.request(shots(1, refused)[0], 1, BUDGET_S)
+    machine.clock_s += 10.0
+    for _ in range(5 * STEPS):
+        live.work(SLICE_S)
+        builder.version += 1  # another picture of the process is ready
+    assert live.is_working
+    builder.built.add(refused)
+    builder.is_pending = lambda level: False
+    settle(machine, live)
+    assert live.output.settings == refused
+
+
 @settings(max_examples=30)
 @given(st.lists(st.sampled_from(cheaper_levels(FILM)), max_size=6), SPEEDS)
 def test_pictures_wait_for_programs_of_another_process_while_one_program_answers(

@@ -324,9 +324,13 @@ class LivePicture:
         return level if is_step_up else None
 
     def _is_buildable(self, settings: DefocusSettings) -> bool:
-        """Return False while pictures with these settings wait for another process."""
-        is_refused = self._refused_at.get(settings) == self.builder.version
-        return not (is_refused or self.builder.is_pending(settings))
+        """Return False while pictures with these settings wait for another process.
+
+        What was never refused is tried: the process may be at work for another picture.
+        """
+        refused_at = self._refused_at.get(settings)
+        is_new = refused_at == self.builder.version or self.builder.is_pending(settings)
+        return refused_at is None or not is_new
 
     def _predict_s(self, settings: DefocusSettings) -> float:
         """Return the predicted seconds for a picture with these settings."""
@@ -395,6 +399,7 @@ class LivePicture:
                 end.value, key.shot, key.frame, work.settings, work.seconds, key.plate
             )
             self._slots, self._work = self._slots[::-1], None
+            self._refused_at.pop(work.settings, None)
             self.is_answering = self.is_answering and not is_latest
 
 
