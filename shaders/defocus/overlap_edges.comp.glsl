@@ -11,6 +11,7 @@
 //   out_zone_img   for each block of FAR_BLOCK x FAR_BLOCK pixels the square of the reach in pixels, 0 or less if no
 //                  edge is in the block: r reach of the edges of wide surfaces, g of edges of surfaces so thin that
 //                  layers are more accurate there
+//   out_seen_img   for each block r the share, 0 to 1, that shows surfaces behind the focus; 0 with ALL_DEPTHS
 
 #include "lib/part_surfaces.lib.glsl"  // first_coc_at, least_px
 
@@ -20,6 +21,7 @@ uniform float part_scale;
 uniform float nearest_px;   // least coc of both surfaces at an edge
 uniform float thin_coc_px;  // a surface that is blurred more is not thin
 layout(rg32f) uniform writeonly image2D out_zone_img;
+layout(r32f) uniform writeonly image2D out_seen_img;
 
 #define LEAST_STEP_PX 1.8       // least difference in blur of an edge; less is right in one layer
 #define LEAST_STEP_SHARE 0.585  // the same as a share of the disc of a part; the larger limit is used
@@ -31,6 +33,7 @@ layout(rg32f) uniform writeonly image2D out_zone_img;
 #define THIN_SHARE 0.4
 #define WIDE_SHARE 0.8
 #define WIDTH_MOST 40           // pixels; wider surfaces are not measured
+#define FAR_TIMES 4.0           // multiple of least_px from which a surface is wholly behind the focus
 #define SLOPE 0.1               // share of the coc by which it changes from pixel to pixel within a surface
 
 // Weight, 0 to 1, of a value that has passed a limit. It is 0 at the limit itself and rises smoothly, so that no zone
@@ -93,15 +96,18 @@ void main() {
     ivec2 block = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(block, imageSize(out_zone_img)))) return;
     vec2 reach = vec2(-1.0);
+    float seen = 0.0;
     for (int y = 0; y < FAR_BLOCK; ++y)
         for (int x = 0; x < FAR_BLOCK; ++x) {
             ivec2 at = block * FAR_BLOCK + ivec2(x, y);
             float coc = first_coc_at(at);
 #ifndef ALL_DEPTHS
             if (coc <= 0.0) continue;
+            seen += smoothstep(least_px, FAR_TIMES * least_px, coc);
 #endif
             reach = max(reach, reach_between(at, coc, ivec2(1, 0)));
             reach = max(reach, reach_between(at, coc, ivec2(0, 1)));
         }
     imageStore(out_zone_img, block, vec4(reach * abs(reach), 0.0, 0.0));  // squared, but with its sign
+    imageStore(out_seen_img, block, vec4(seen / float(FAR_BLOCK * FAR_BLOCK)));
 }

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from heatlens.render.defocus.overlap_zones import least_shares
+from heatlens.render.defocus.overlap_zones import guess_shares, least_shares
 from heatlens.render.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE_PX_2
 
 
@@ -48,3 +48,14 @@ def test_block_amid_whole_blocks_is_replaced_wholly() -> None:
     expected = np.ones((7, 9), np.float32)
     expected[:3, :3] = 0.0
     np.testing.assert_array_equal(least_shares(excess_px_2), expected)
+
+
+@pytest.mark.parametrize("reach", [0, 2, 20])
+def test_guess_counts_by_what_is_seen_around_a_block(reach: int) -> None:
+    seen = np.random.default_rng(1).uniform(0.75, 1.0, (5, 8)).astype(np.float32)
+    expected = np.empty(seen.shape)
+    for row, column in np.ndindex(seen.shape):
+        rows, columns = (slice(max(at - reach, 0), at + reach + 1) for at in (row, column))
+        expected[row, column] = np.clip((seen[rows, columns].mean() - 0.8) / 0.2, 0.0, 1.0)
+    np.testing.assert_allclose(guess_shares(seen, reach), expected, atol=1e-5)
+    assert expected.max() > 0.1

@@ -34,6 +34,9 @@ FRONT_FROM_PX = 4.0  # least coc of a wide surface in front of the focus whose e
 NEAR_ZONES = "near zones"  # name of the pass that finds zones around wide near surfaces
 WHOLE_PARTS = "whole parts"  # name of the step for views of all surfaces
 _ALL_PX = -1e30  # smaller than every coc
+# Share of what the lens sees around a block that must be seen in the picture, for a guess to be
+# used at all, and to be used wholly.
+_SURE_FROM, _SURE_TO = 0.8, 1.0
 
 
 @dataclass(frozen=True)
@@ -157,15 +160,19 @@ class OverlapZones:
         Zones fade out where those of `covering` replace the picture in any case. It waits for the
         GPU.
         """
-        blocks = self._spread_edges(surfaces, optics, parts, scratch)
-        excess_px_2 = np.frombuffer(blocks.read(), np.float32).reshape(*blocks.size[::-1], 2).copy()
+        blocks, seen = self._spread_edges(surfaces, optics, parts, scratch)
+        radius_px = max(optics.disc.half_extents) * surfaces.widest_px(optics) / 2
+        excess_px_2 = _floats(blocks, 2)
         if covering is not None:
             excess_px_2[..., 0] *= 1.0 - covering.least_shares
+            blocks.write(excess_px_2.tobytes())
+        if surfaces.is_guessed:
+            sure = guess_shares(_floats(seen, 1)[..., 0], round(radius_px / FAR_BLOCK))
+            excess_px_2[..., 0] = np.minimum(excess_px_2[..., 0], FAR_WHOLE_PX_2) * sure
             blocks.write(excess_px_2.tobytes())
         in_zone = (excess_px_2[..., 0] > 0.0) & (excess_px_2[..., 1] < FAR_WHOLE_PX_2)
         if not in_zone.any():
             return None
-        radius_px = max(optics.disc.half_extents) * surfaces.widest_px(optics) / 2
         growth = min(float(excess_px_2[..., 0].max()) / _GROWN_PX_2, 1.0)
         needed = tiles_near(in_zone, _FEATHER_PX)
         tiles = self._mask_tiles(needed, surfaces, scratch)
@@ -181,19 +188,21 @@ class OverlapZones:
     # 14.6 levels.
     def _spread_edges(
         self, surfaces: PartSurfaces, optics: Optics, parts: int, scratch: Scratch
-    ) -> Texture:
+    ) -> tuple[Texture, Texture]:
         """Find the edges of surfaces of different blur, and spread their reach over the blocks.
 
         Return RG of a pixel for each block of FAR_BLOCK x FAR_BLOCK pixels: the square of the reach
         of edges less the squared distance to them, pixels^2; red for wide surfaces, green for thin.
+        Return also R for each block: the share of it, 0 to 1, that shows surfaces behind the focus.
         """
         size = blocks_for(surfaces.coc.size, FAR_BLOCK)
         name = surfaces.name
         zone, zone_rows = (scratch.texture(f"{name} {it}", size, 2) for it in ("zone", "zone rows"))
+        seen = scratch.texture(f"{name} seen", size, 1)
         self._edges.version(**surfaces.defines).dispatch(
             pixel_groups(size),
             textures={"coc_tx": surfaces.coc},
-            images={"out_zone_img": zone},
+            images={"out_zone_img": zone, "out_seen_img": seen},
             buffers=surfaces.lists.buffers,
             uniforms=surfaces.uniforms
             | {"part_scale": _part_scale(surfaces, parts)}
@@ -209,7 +218,7 @@ class OverlapZones:
                 images={"out_zone_img": target},
                 uniforms=reach | {"axis": direction},
             )
-        return zone
+        return zone, seen
 
     def _mask_tiles(
         self, needed: NDArray[np.bool_], surfaces: PartSurfaces, scratch: Scratch
@@ -225,6 +234,35 @@ class OverlapZones:
     @cached_property
     def _segments(self) -> SegmentPass:
         return SegmentPass(self._ctx)
+
+
+def _floats(blocks: Texture, channels: int) -> NDArray[np.float32]:
+    """Return the values (rows, columns, channels) of a texture of float32."""
+    values = np.frombuffer(blocks.read(), np.float32)
+    return values.reshape(*blocks.size[::-1], channels).copy()
+
+
+# A guess extends what is seen, and layers mix what is seen: where near things hide much, things
+# behind the focus that they hide are missing from the guess, and its picture was worse. Of scenes
+# of grass and flowers, FLIP by a guess was up to .0089 above that of layers, with these limits
+# nowhere; its largest gains, .023 and .025, stay.
+def guess_shares(seen_shares: NDArray[np.float32], reach: int) -> NDArray[np.float32]:
+    """Return for each block (rows, columns) how far a guess may be used, 0 to 1.
+
+    `seen_shares` (rows, columns) is the share of each block that shows surfaces behind the focus.
+    The mean over all blocks up to `reach` away, to the sides and up and down, decides.
+    """
+    rows, columns = seen_shares.shape
+    sums = np.pad(seen_shares.astype(np.float64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    (top, bottom), (left, right) = (
+        np.clip(np.arange(count) + np.array([[-reach], [reach + 1]]), 0, count)
+        for count in (rows, columns)
+    )
+    in_rows = sums[bottom] - sums[top]
+    areas = np.outer(bottom - top, right - left)
+    means = (in_rows[:, right] - in_rows[:, left]) / areas
+    sure = np.clip((means - _SURE_FROM) / (_SURE_TO - _SURE_FROM), 0.0, 1.0)
+    return np.asarray(sure, np.float32)
 
 
 def least_shares(excess_px_2: NDArray[np.float32]) -> NDArray[np.float32]:

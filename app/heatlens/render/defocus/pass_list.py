@@ -132,7 +132,7 @@ PASSES: tuple[Pass, ...] = (
         _comp("overlap_edges", variants=({"ALL_DEPTHS": 1},)) | _comp("overlap_zone"),
         pass_costs.near_zones_bytes,
         _own_memory("whole zone", "whole tiles", "whole tile lists", "whole segments"),
-        private_memory={"whole zone rows": "far zone rows"},
+        private_memory={"whole zone rows": "far zone rows", "whole seen": "far seen"},
     ),
     Pass(
         "far parts",  # the views of parts of the lens behind the focus
@@ -146,6 +146,7 @@ PASSES: tuple[Pass, ...] = (
         private_memory=_own_memory(
             "far heads", "far links", "far zone rows", "far tiles", "far tile lists", "far segments"
         )
+        | _own_memory("far seen")
         | _own_memory("far marks", "far masks", "far runs")
         | _own_memory("guess starts", "guess words", "guess levels")
         | {"far view": "layer", "far coc": "layer coc", "far poles": "poles"},
