@@ -92,7 +92,7 @@ def measured_machine_and_picture(
 def recognizable_levels(wished: DefocusSettings) -> list[DefocusSettings]:
     """Return the preview levels whose pictures are large enough to be recognized."""
     rungs = cheaper_levels(wished)
-    large = [rung for rung in rungs if proxy_size(SIZE, rung.proxy)[0] >= 200]
+    large = [rung for rung in rungs if proxy_size(SIZE, rung.proxy)[0] >= 160]
     return large or [rung for rung in rungs if rung.proxy == wished.proxy]
 
 

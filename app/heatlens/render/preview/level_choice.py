@@ -18,10 +18,10 @@ Predict = Callable[[DefocusSettings], float]  # seconds that a picture takes
 # Hysteresis, as shares of the time budget: change to a better level if it takes less than the first
 # share, and to a cheaper level if the current one takes more than the second.
 _HYSTERESIS = 0.7, 1.3
-# Least width of a preview. Of a plate of 1280x720, one of 160x90 has a FLIP of .066 to the picture
-# at rest, one of 213x120 of .056, and takes as long: lamps are drawn larger in both.
-_LEAST_WIDTH_PX = 200
-_LEAST_WIDTH_OF_VIEWS_PX = 160  # the same where each view of a scene is drawn
+# Least width of a preview. Of a plate of 1280x720, one of 160x90 has a FLIP of .063 to the picture
+# at rest and takes .064 s of a processor, one of 213x120 .050 and .11 s. Pictures of an older focus
+# have .1 and more.
+_LEAST_WIDTH_PX = 160
 _FIRST_WIDTH_PX, _FIRST_SAMPLES = 320, 2**26  # of the first picture of all, at most
 _DIRECT_MAX_S = 3.0  # a whole picture that takes longer follows an intermediate preview
 _DIRECT_MAX_COARSE_S = 0.25  # the same if the plate will soon be refined
@@ -34,8 +34,7 @@ def useful_levels(requested: DefocusSettings, size: tuple[int, int]) -> Levels:
     For a plate that is small itself, return the levels of the largest size.
     """
     levels = cheaper_levels(requested)
-    least = _LEAST_WIDTH_OF_VIEWS_PX if requested.method.needs_scene else _LEAST_WIDTH_PX
-    large = tuple(level for level in levels if proxy_size(size, level.proxy)[0] >= least)
+    large = tuple(it for it in levels if proxy_size(size, it.proxy)[0] >= _LEAST_WIDTH_PX)
     return large or tuple(level for level in levels if level.proxy == levels[0].proxy)
 
 

@@ -18,7 +18,7 @@ from heatlens.studio.board.board import Board
 from heatlens.studio.board.controls import LensControl, PictureControl, TimeControl
 from heatlens.studio.board.lessons import Lessons
 from heatlens.studio.board.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook
-from heatlens.studio.ui import rects, texts, theme
+from heatlens.studio.ui import rects, theme
 from heatlens.studio.ui.layout import PICTURE, PICTURE_ALONE
 from heatlens.studio.ui.panels.focus_bar import focus_bar, focus_bar_height
 from heatlens.studio.ui.panels.marks_panel import draw_point_marks, mark_in_window
@@ -29,7 +29,7 @@ from heatlens.studio.ui.picture.held_alone import HeldAlone
 from heatlens.studio.ui.picture.legend import draw_legend, legend_facts
 from heatlens.studio.ui.picture.lit_matte import MatteDrawer
 from heatlens.studio.ui.picture.loupe import Loupe, draw_flag_loupe
-from heatlens.studio.ui.picture.notices import draw_lessons, draw_notice, draw_waiting
+from heatlens.studio.ui.picture.notices import draw_lessons, draw_notice, draw_reason, has_no_frame
 from heatlens.studio.ui.picture.pixel_values import draw_ruler
 from heatlens.studio.ui.picture.seen_pictures import SeenPictures
 from heatlens.studio.ui.picture.viewport import ViewportPanel, ViewportResult
@@ -65,9 +65,8 @@ class PictureWindow:
         self._lens_commands = lens.commands
         self._loupe = Loupe(self._lens_commands.find_surfaces, self._lens_commands.names_of)
         self.viewport = ViewportPanel(ctx, control.view)
-        self.hovered_px: tuple[int, int] | None = (
-            None  # pixel of the display window under the pointer
-        )
+        # The pixel of the display window under the pointer.
+        self.hovered_px: tuple[int, int] | None = None
         self.alt = HeldAlone(imgui.Key.mod_alt, is_keyboard_taken=is_keyboard_taken)
         self.ctrl = HeldAlone(imgui.Key.mod_ctrl, _KEYS_WITH_CTRL)
         self.fade = PictureFade(ctx)
@@ -75,22 +74,19 @@ class PictureWindow:
         self._is_bar_dragged = False  # the focus bar is dragged
         self.pictures: Pictures | None = None  # the pictures shown in this frame
 
-    def draw(self, has_keyboard: bool, is_visible: bool = True) -> None:
+    def draw(self, has_keyboard: bool, answer: Callable[[], None] | None) -> None:
         """Draw the picture; `has_keyboard` is False while a dialog, field or menu takes the keys.
 
-        With `is_visible` False it may show the pictures of the previous frame.
+        `answer` answers what the mouse changes in the window, so that the picture of this frame is
+        that of the newest focus. With None it may show the pictures of the previous frame.
         """
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
         self._begin_window()
         imgui.pop_style_var()
         is_held_off = self.alt.update(self.hovered_px is not None)
         self._control.view.is_lens_held_off = is_held_off
-        has_picture = (
-            self._board.facts.plate is not None and self._board.facts.shown_picture is not None
-        )
-        if is_visible or not has_picture:
-            self.pictures = self._picture_collector.collect()
         if self._ui.files.start_choices.is_shown:
+            self._collect(answer is not None)
             self.hovered_px = None
             self._draw_start_screen(has_keyboard)
             rects.note("picture")
@@ -98,16 +94,27 @@ class PictureWindow:
             free_size = imgui.get_content_region_avail()
             bar_height = focus_bar_height(free_size.y) if self._has_focus_bar else 0.0
             corner = imgui.get_cursor_screen_pos()
+            pointed_mark = None
+            if bar_height:
+                bar_corner = ImVec2(corner.x, corner.y + free_size.y - bar_height)
+                pointed_mark = self._draw_focus_bar(bar_corner, ImVec2(free_size.x, bar_height))
+                imgui.set_cursor_screen_pos(corner)
             with theme.over_picture():
-                self._draw_picture(self.pictures, bar_height)
+                self._draw_picture(bar_height, answer)
                 rects.note("picture")
                 if self.pictures is not None and not self._ui.is_bare:
                     draw_notice(self._ui, self._control.view.viewport, has_keyboard)
+            if pointed_mark is not None:
+                self._draw_mark_loupe(pointed_mark)
             if bar_height:
-                corner = ImVec2(corner.x, corner.y + free_size.y - bar_height)
-                self._draw_focus_bar(corner, ImVec2(free_size.x, bar_height))
                 self._draw_progress_line()
         imgui.end()
+
+    def _collect(self, is_visible: bool) -> None:
+        """Collect the pictures to show; an invisible frame may keep the previous ones."""
+        facts = self._board.facts
+        if is_visible or facts.plate is None or facts.shown_picture is None:
+            self.pictures = self._picture_collector.collect()
 
     @property
     def _has_focus_bar(self) -> bool:
@@ -129,37 +136,42 @@ class PictureWindow:
             imgui.get_window_draw_list().add_rect_filled(corner, end, theme.colors.text_dim)
             rects.note_at("part of the picture", (corner.x, corner.y, end.x, end.y))
 
-    def _draw_focus_bar(self, corner: ImVec2, size: ImVec2) -> None:
-        """Draw the focus bar, and change the lens as it was dragged."""
+    def _draw_focus_bar(self, corner: ImVec2, size: ImVec2) -> str | None:
+        """Draw the focus bar, change the lens as it was dragged; return the mark pointed at."""
         facts, histogram = self._board.facts, self._board.facts.histogram
         assert histogram is not None
         lens, pointed_mark = focus_bar(facts, histogram, corner, size, self._ui.pull_target)
         self._is_bar_dragged = imgui.is_item_active()
         self._light.pointed_name = pointed_mark
-        if pointed_mark is not None:
-            self._draw_mark_loupe(pointed_mark)
         if lens != facts.lens:
             self._board.change(lens)
+        return pointed_mark
 
-    def _draw_picture(self, pictures: Pictures | None, bar_height: float) -> None:
+    # The mouse acts before the picture is answered and drawn. Otherwise the picture of a frame
+    # would be that of the previous position of the hand.
+    def _draw_picture(self, bar_height: float, answer: Callable[[], None] | None) -> None:
         """Draw the picture and everything over it, or the reason why there is none."""
-        facts, stream = self._board.facts, self._board.facts.stream
-        if facts.is_black and not facts.plays_cached_frames:
-            imgui.text_disabled(f"  Frame {facts.frame} has no file.")
-        elif facts.is_waiting and stream is not None:
-            draw_waiting(stream)
-        elif pictures is None:
-            is_opening = facts.plate is not None or facts.opening
-            words = "Opening ..." if is_opening else "Nothing is open: Ctrl+O, or drop a file here."
-            imgui.text_disabled(f"  {texts.named_keys(words)}")
-        else:
-            scale = imgui.get_io().display_framebuffer_scale.x or 1.0
-            self._apply_gestures(self.viewport.draw(pictures, facts.view, scale, bar_height))
-            facts = self._board.facts
-            picture_view = self.viewport.picture_view
-            fading_picture = facts.shown_picture if facts.is_live_alone else None
-            self.fade.draw(fading_picture, picture_view.viewport, picture_view.geometry)
-            self._draw_over(pictures)
+        seen = None if has_no_frame(self._board.facts) else self.pictures
+        if seen is not None and self._board.facts.plate is not None:
+            self._take_input(seen, bar_height)
+        if answer is not None:
+            answer()
+        self._collect(answer is not None)
+        if self.pictures is None or has_no_frame(self._board.facts):
+            draw_reason(self._board.facts)
+            return
+        if seen is None:
+            self._take_input(self.pictures, bar_height)
+        facts, picture_view = self._board.facts, self.viewport.picture_view
+        self.viewport.draw(self.pictures, facts.view)
+        fading_picture = facts.shown_picture if facts.is_live_alone else None
+        self.fade.draw(fading_picture, picture_view.viewport, picture_view.geometry)
+        self._draw_over(self.pictures)
+
+    def _take_input(self, pictures: Pictures, bar_height: float) -> None:
+        """Apply what the mouse does over the pictures."""
+        scale, view = imgui.get_io().display_framebuffer_scale.x or 1.0, self._board.facts.view
+        self._apply_gestures(self.viewport.take_input(pictures, view, scale, bar_height))
 
     def _draw_over(self, pictures: Pictures) -> None:
         """Draw everything over the picture: guides (one set a cell), marks, legend and lessons.
@@ -206,17 +218,11 @@ class PictureWindow:
         """Draw the loupe of a mark whose flag is under the pointer, unless A is compared."""
         facts, picture_view, pictures = self._board.facts, self._control.view, self.pictures
         mark_point = mark_in_window(facts, picture_view, mark)
-        if (
-            mark_point is not None
-            and pictures is not None
-            and facts.is_live_alone
-            and not pictures.tiles
-        ):
-            self._place_enlarged(
-                draw_flag_loupe(
-                    picture_view, pictures, self._picture_collector.pinhole(), mark_point
-                )
-            )
+        if mark_point is None or pictures is None or pictures.tiles:
+            return
+        if facts.is_live_alone:
+            pinhole = self._picture_collector.pinhole()
+            self._place_enlarged(draw_flag_loupe(picture_view, pictures, pinhole, mark_point))
 
     def _place_enlarged(self, enlarged: PlacedPicture) -> None:
         """Show a picture over the viewport's own, enlarged smoothly."""

@@ -137,7 +137,7 @@ class Screen:
 
     def _draw_picture(self, is_visible: bool) -> None:
         """Draw the picture, with what lies over it."""
-        self.picture.draw(self._hears_keys, is_visible)
+        self.picture.draw(self._hears_keys, self._session.update if is_visible else None)
         topmost.note_frame()
 
     def _fit_panels(self) -> None:

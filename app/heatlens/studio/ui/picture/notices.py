@@ -12,6 +12,7 @@ from heatlens.core.base.messages import window_words
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.render.source.stream_source import StreamSource
+from heatlens.studio.board.facts import Facts
 from heatlens.studio.board.lessons import Lesson, Lessons
 from heatlens.studio.board.notices import Answer, Notice
 from heatlens.studio.ui import rects, texts, theme, widgets
@@ -109,7 +110,25 @@ _LINES = (
 )
 
 
-def draw_waiting(stream: StreamSource) -> None:
+def has_no_frame(facts: Facts) -> bool:
+    """Return True if the frame at the playhead has no file, or no stream has sent one."""
+    is_black = facts.is_black and not facts.plays_cached_frames
+    return is_black or (facts.is_waiting and facts.stream is not None)
+
+
+def draw_reason(facts: Facts) -> None:
+    """Draw why there is no picture."""
+    if facts.is_black and not facts.plays_cached_frames:
+        imgui.text_disabled(f"  Frame {facts.frame} has no file.")
+    elif facts.is_waiting and facts.stream is not None:
+        _draw_waiting(facts.stream)
+    else:
+        is_opening = facts.plate is not None or facts.opening
+        words = "Opening ..." if is_opening else "Nothing is open: Ctrl+O, or drop a file here."
+        imgui.text_disabled(f"  {texts.named_keys(words)}")
+
+
+def _draw_waiting(stream: StreamSource) -> None:
     """Draw the address of the stream and its last refusal in the middle of the window."""
     free_size, em = imgui.get_content_region_avail(), imgui.get_font_size()
     width = min(_NOTICE_EM * em, free_size.x - 2 * em)

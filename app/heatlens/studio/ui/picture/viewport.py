@@ -62,25 +62,26 @@ class ViewportPanel:
         self._placed_in_frame = -1
         self._values = SideValues(ctx)
         self._gesture: str | None = None  # "pan", "wipe" or "focus" while a button is down
+        self._whole = Viewport((0.0, 0.0), (8.0, 8.0))  # the place of all pictures
         self.cells: list[Viewport] = []  # cells of the grid; without grid the viewport alone
         self._hovered_cell: int | None = None  # index of the cell under the pointer
 
-    def draw(
+    def take_input(
         self,
         pictures: Pictures,
         view: ViewState,
         framebuffer_scale: float,
         strip_height: float = 0.0,
     ) -> ViewportResult:
-        """Fill the current ImGui window with the picture and handle the mouse.
+        """Fill the current ImGui window with the viewport and handle the mouse; `draw` follows.
 
-        A strip of `strip_height` screen units stays free under the picture.
+        `pictures` are those that the user sees. A strip of `strip_height` screen units stays free
+        under the picture.
         """
         corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
         size = ImVec2(max(size.x, 8.0), max(size.y - strip_height, 8.0))
-        self._split_into_cells(
-            Viewport((corner.x, corner.y), (size.x, size.y), framebuffer_scale), pictures.tiles
-        )
+        self._whole = Viewport((corner.x, corner.y), (size.x, size.y), framebuffer_scale)
+        self._split_into_cells(pictures.tiles)
         buttons = imgui.ButtonFlags_
         flags = buttons.mouse_button_left | buttons.mouse_button_middle | buttons.mouse_button_right
         imgui.invisible_button("picture", size, flags)
@@ -90,7 +91,6 @@ class ViewportPanel:
         if camera is None:
             view, focus_px = self._handle_mouse(view, pictures.shape)
         self.picture_view.geometry = geometry(view, self.picture_view.viewport, pictures.shape)
-        self._draw_over(pictures, view, corner, size)
         hovered_px = None
         if imgui.is_item_hovered() or imgui.is_item_active():
             mouse = imgui.get_mouse_pos()
@@ -103,9 +103,9 @@ class ViewportPanel:
         """True while a drag over the picture moves the focus."""
         return self._gesture == "focus"
 
-    def _split_into_cells(self, whole_viewport: Viewport, tiles: tuple[Tile, ...]) -> None:
+    def _split_into_cells(self, tiles: tuple[Tile, ...]) -> None:
         """Divide the viewport among the tiles; `picture_view` gets the cell under the pointer."""
-        self.cells = cells(whole_viewport, len(tiles))
+        self.cells = cells(self._whole, len(tiles))
         mouse = imgui.get_mouse_pos()
         self._hovered_cell = cell_at(self.cells, (mouse.x, mouse.y))
         self.picture_view.viewport = self.cells[self._hovered_cell or 0]
@@ -201,10 +201,13 @@ class ViewportPanel:
         x = current_geometry.window_at_picture((view.wipe * shape.width_px, 0.0))[0]
         return math.floor(x * scale + 0.5) / scale
 
-    def _draw_over(self, pictures: Pictures, view: ViewState, corner: ImVec2, size: ImVec2) -> None:
+    def draw(self, pictures: Pictures, view: ViewState) -> None:
         """Place the pictures for `paint`, and draw grid, values, wipe and labels over them."""
+        self._split_into_cells(pictures.tiles)
+        self.picture_view.geometry = geometry(view, self.picture_view.viewport, pictures.shape)
         draw = imgui.get_window_draw_list()
-        end = ImVec2(corner.x + size.x, corner.y + size.y)
+        (x0, y0), (width, height) = self._whole.corner, self._whole.size
+        corner, end = ImVec2(x0, y0), ImVec2(x0 + width, y0 + height)
         self._place_pictures(pictures, view)
         if imgui.internal.get_current_window().skip_items:  # the window is hidden
             self._placed_pictures = []
