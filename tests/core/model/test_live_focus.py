@@ -54,6 +54,7 @@ def test_live_focus_equals_measured_distance_where_mark_is_seen(walk):
         )
         if distance_m is not None:
             assert focus_dioptres(shot, frame) == pytest.approx(1 / distance_m, rel=1e-9)
+        assert shot.focus_distance_at(frame) == shot.lens_at(frame).focus_distance_m
 
 
 @given(WALKS, st.floats(0.1, 5))

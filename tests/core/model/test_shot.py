@@ -166,6 +166,13 @@ def test_pull_goes_from_near_to_far_without_overshoot(near, far, start, frames, 
     assert all(low * (1 - 1e-9) <= focus <= high * (1 + 1e-9) for focus in path)
 
 
+@given(DISTANCES, DISTANCES, st.floats(-100, 300))
+def test_focus_distance_at_is_that_of_the_lens(near, far, frame):
+    pulled = pull(Shot(FIFTY), near, far, 0, 100)
+    assert pulled.focus_distance_at(frame) == focus_at(pulled, frame)
+    assert Shot(FIFTY).focus_distance_at(frame) == FIFTY.focus_distance_m
+
+
 def test_pull_with_default_ease_is_smoothstep_in_dioptres():
     shot = pull(Shot(FIFTY), 1.0, math.inf, 1001, 24)
     for frame in range(1001, 1025):

@@ -209,7 +209,7 @@ def frames_too_close(shot: Shot) -> tuple[int, ...]:
     limit_m, span = shot.lens.close_focus_m, shot.span
     if limit_m is None or span is None:
         return ()
-    return tuple(frame for frame in span if shot.lens_at(frame).focus_distance_m < limit_m)
+    return tuple(frame for frame in span if shot.focus_distance_at(frame) < limit_m)
 
 
 def _without_keys_between(shot: Shot, first: float, last: float) -> Curve:

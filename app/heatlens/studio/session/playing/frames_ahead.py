@@ -164,7 +164,8 @@ class FramesAhead(Commands, Worker):
     def _update_progress(self) -> None:
         """Update which frames are rendered and which are not, as far as their keys are known."""
         jobs, order = self.jobs, self._order
-        self.is_counting = not jobs.make(order.frames, _KEYS_S)
+        seconds = _KEYS_S if self._clock() >= self._rest_from_s else 0.0
+        self.is_counting = not jobs.make(order.frames, seconds)
         request = FramesRequest(jobs.inputs, order, jobs.count, self.store.version)
         if request != self.progress.request:
             self.progress = progress_of(
