@@ -119,11 +119,10 @@ class ScreenPictures:
         is_pinhole = source is plate.color
         target = self._pinhole if is_pinhole else self._b
         transform = self._screen_transform(view)
-        if target.needs_update(
-            source.size, (plate if is_pinhole else (source, version), transform)
-        ):
+        content = plate if is_pinhole else (source, version)
+        if target.needs_update(source.size, (content, transform)):
             assert target.texture is not None
-            self.display.run(source, target.texture, transform.exposure_stops, transform.gamma)
+            self._display(source, target.texture, transform, is_enlarged=False)
             self._update_mipmaps(target.texture)
         assert target.texture is not None
         return target.texture
@@ -134,9 +133,7 @@ class ScreenPictures:
         transform = self._screen_transform(view)
         if target.needs_update(shown.texture.size, (shown, transform)):
             assert target.texture is not None
-            self.display.run(
-                shown.texture, target.texture, transform.exposure_stops, transform.gamma
-            )
+            self._display(shown.texture, target.texture, transform, is_enlarged=False)
             self._update_mipmaps(target.texture)
         assert target.texture is not None
         return target.texture
@@ -163,27 +160,21 @@ class ScreenPictures:
             return None
         proxy, lens = shown.settings.proxy, shown.shot.lens_at(shown.frame)
         optics = optics_of(plate.plate, plate.bins, lens)
-        final_proxy = shown.shot.defocus.proxy
-        if final_proxy == 1.0:
-            fine = self.b(plate.color, plate, view)
-        else:
-            fine = self._fine_plate(plate, final_proxy, view)
+        fine = self._fine_plate(plate, shown.shot.defocus.proxy, view)
         shares, coarse = self._coarse_plate(plate, shown, view, optics.line)
         return Detail(fine, coarse, shares, plate.depth, optics.line, 1.0 / proxy)
 
     def _fine_plate(self, plate: Pinhole, proxy: float, view: ViewState) -> Texture:
         """Return the plate as display values, at the size of the picture at rest."""
+        if proxy == 1.0:
+            return self.b(plate.color, plate, view)
         size = proxy_size(plate.color.size, proxy)
         transform = self._screen_transform(view)
         target = self._fine
         if target.needs_update(size, (plate, transform)):
             assert target.texture is not None
-            self.display.run(
-                self._reduce_plate("fine plate", plate, size),
-                target.texture,
-                transform.exposure_stops,
-                transform.gamma,
-            )
+            reduced = self._reduce_plate("fine plate", plate, size)
+            self._display(reduced, target.texture, transform, is_enlarged=False)
             self._update_mipmaps(target.texture)
         assert target.texture is not None
         return target.texture

@@ -178,8 +178,7 @@ class Shot:
         """
         curves = {str(p): c for p in LensParameter if (c := self.curves.of(p)).keys}
         values: Values = {name: curve.value_at(frame) for name, curve in curves.items()}
-        focus_distance_m = self.focus_distance_at(frame)
-        if focus_distance_m != self.lens.focus_distance_m:
+        if (focus_distance_m := self.focus_distance_at(frame)) != self.lens.focus_distance_m:
             values[LensParameter.FOCUS_DISTANCE.value] = focus_distance_m
         if not values:
             return self.lens
@@ -189,15 +188,11 @@ class Shot:
             raise LensError(f"Frame {frame:g}: {error}") from None
 
     def focus_distance_at(self, frame: float) -> float:
-        """Return the focus distance in meters at a frame, whether or not there is such a lens.
-
-        It takes a tenth of the time of `lens_at`.
-        """
+        """Return the focus distance in meters at a frame, whether or not there is such a lens."""
         live, curve = self.curves.live, self.curves.focus_distance_m
         if live is not None and live.measured:
             track = _live_track(self.lens, self.curves, self.frames_per_second)
-            dioptres = float(np.interp(frame, live.frames, track))
-            return Scale.RECIPROCAL.value_at(dioptres)
+            return Scale.RECIPROCAL.value_at(float(np.interp(frame, live.frames, track)))
         return curve.value_at(frame) if curve.keys else self.lens.focus_distance_m
 
     def mark_named(self, name: str | None) -> Mark | None:
