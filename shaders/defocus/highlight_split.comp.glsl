@@ -105,6 +105,24 @@ vec2 brightest_around(ivec2 at) {
     return brightest;
 }
 
+// A luminance that the brightest light around does not exceed, without a search through the lists. If not `is_searched`,
+// the loop ends after one round and the result is not used.
+float most_around(ivec2 at, bool is_searched) {
+    ivec2 last = textureSize(color_tx, 0) - 1, last_of_half = textureSize(luminance_tx, 0) - 1;
+    ivec4 halves = ivec4((at - 1) >> 1, (at + 1) >> 1);  // all that touch 3 x 3 pixels
+    float most = 0.0;
+    int k = 0;
+    do {
+        ivec2 p = clamp(at + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
+        most = max(most, mean_of(texelFetch(color_tx, p, 0).rgb));
+    } while (is_searched && ++k < 9);
+    for (int i = 0; i < 4; ++i) {
+        ivec2 p = clamp(ivec2(halves[i & 2], halves[1 + (i & 1) * 2]), ivec2(0), last_of_half);
+        most = max(most, texelFetch(luminance_tx, p, 0).a);
+    }
+    return most;
+}
+
 // How the surface of a light goes on in 3 x 3 pixels.
 struct Surrounding {
     float least;  // luminance
@@ -176,7 +194,10 @@ void split_list(ivec2 at, float front_coc, float around, float surface, inout ve
     List list = list_at(at);
     if (list.has_front) highlight.rgb = vec3(0.0);  // the list has the visible surface's highlight too
     bool may_draw = mean_of(highlight.rgb) == 0.0;  // a pixel draws one highlight; a visible one keeps those behind out
-    if (texelFetch(luminance_tx, at >> 1, 0).a <= limit_of(around)) list.end = list.first;  // nothing is bright
+    float least = texelFetch(luminance_tx, at >> 1, 0).a;  // the brightest light around is at least as bright
+    if (least <= limit_of(around)) list.end = list.first;  // nothing is bright
+    bool may_be_surface = list.first < list.end && surface >= 1.0 && least > 1.0;
+    if (may_be_surface && most_around(at, may_be_surface) <= LAMP_FROM) list.end = list.first;  // all of it is a surface
     vec2 brightest = list.first < list.end ? brightest_around(at) : vec2(0.0);
     list_focus_offset = focus_offset_at(at);  // the search has changed it
     float uncovered = list.has_front ? 1.0 : 0.0;  // share of the pixel not covered by the fragments so far
