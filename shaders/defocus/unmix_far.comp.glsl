@@ -40,6 +40,9 @@ layout(rgba16f) uniform image2D near_img;
 #define LEAST_VISIBLE 0.2   // least visible share of the far surface to divide by
 #define DETAIL_FROM 0.3     // visible share of the far surface from which it keeps some of its detail
 #define DETAIL_FULL 0.7     // visible share from which it keeps all of it
+#define BEYOND 12           // pixels to which the far surface is looked for where none of it is unmixed nearby
+#define TAKEN_FROM 0.3      // share of the near color from which such a pixel shows too little of the far surface
+#define TAKEN_FULL 0.6      // share from which it counts for nothing
 #define FAR_SIDE 5          // side of the searched square in pixels: across a wire's far edge to an unmixed pixel
 
 #ifdef LISTS
@@ -104,6 +107,35 @@ FarSide far_side(ivec2 at, float coc) {
     return FarSide(sum.rgb / weights, variance_of(sum.rgb / weights, squares / weights), sum.a);
 }
 
+// Compressed color of the far surface where none of it is unmixed nearby, as in a gap of a pixel between two stems; a its
+// weight, 0 if nothing was found. In each of eight directions, the first unmixed pixel of the surface counts by its
+// squared distance. If not `is_needed`, the loop ends after one round and the result is not used.
+vec4 far_beyond(ivec2 at, float coc, bool is_needed) {
+    vec4 sum = vec4(0.0);
+    int direction = 0, distance = FAR_SIDE / 2;
+    do {
+        ivec2 step_px = ivec2(direction % 3, direction / 3) - 1, p = inside(at + ++distance * step_px);
+        float other = coc_at(p);
+        bool is_found = kind_at(p) != FAR_EDGE && !is_in_front(coc, other) && !is_in_front(other, coc);
+        vec2 moved = vec2(distance * step_px);
+        if (is_found && direction != 4) sum += vec4(compress_light(color_at(p)), 1.0) / max(dot(moved, moved), 1.0);
+        if (!is_found && distance < BEYOND && direction != 4) continue;
+        ++direction;
+        distance = FAR_SIDE / 2;
+    } while (is_needed && direction < 9);
+    return sum;
+}
+
+// True unless most of the nearer surfaces beside the pixel are only one or two pixels wide.
+bool are_most_wide(ivec2 at, float coc) {
+    int nearer = 0, thin = 0;
+    for (int k = 0; k < 9; ++k) {
+        nearer += int(is_in_front(coc_at(neighbor(at, k)), coc));
+        thin += int(ends_in(at, k, coc));
+    }
+    return 2 * thin <= nearer;
+}
+
 // Least coc among the neighbors in front of the pixel; its own coc if there are none.
 float nearest_around(ivec2 at, float coc) {
     float nearest = coc;
@@ -154,12 +186,21 @@ void split_far(uint word) {
     FarSide unmixed = far_side(at, coc);
     vec4 near = near_side(at, coc);
     if (unmixed.weight > 0.0) far = expand_light(unmixed.mean);
+    // Between hairs, the pixel itself shows more of what is behind them than pixels far from it do.
+    bool is_gap = unmixed.weight == 0.0 && are_most_wide(at, coc);
+    vec4 beyond = far_beyond(at, coc, is_gap);
+    if (is_gap && beyond.a > 0.0) {
+        vec3 other = beyond.rgb / beyond.a, mixed = compress_light(x), step_to = compress_light(near.rgb) - other;
+        float taken = dot(mixed - other, step_to) / max(dot(step_to, step_to), 1e-6);
+        far = mix(x, expand_light(other), smoothstep(TAKEN_FROM, TAKEN_FULL, taken));
+    }
     float coverage = coverage_of(x, near.rgb, far, unmixed.variance, outline_coverage(at, coc));
     coverage = clamp(coverage, 0.0, MOST_COVERAGE);
-    // The residual of the mix is detail of the far side, weighted by how much of it is visible.
-    float visible = 1.0 - coverage;
+    // The residual of the mix is detail of the far side, weighted by how much of it is visible. A pixel in a narrow gap may
+    // show little else than the near side.
+    float visible = 1.0 - coverage, detail = smoothstep(DETAIL_FROM, DETAIL_FULL, visible);
     vec3 residual = (x - far - coverage * (near.rgb - far)) / max(visible, LEAST_VISIBLE);
-    far = max(far + smoothstep(DETAIL_FROM, DETAIL_FULL, visible) * residual, 0.0);
+    far = max(far + detail * residual, 0.0);
     vec3 own = max(x - visible * far, 0.0) / max(coverage, LEAST_SHARE);
     near.rgb = mix(own, near.rgb, unmix_share(near.a));  // in focus, both together are the pixel
     imageStore(far_img, at, vec4(min(far, HALF_MAX), coverage));

@@ -5,6 +5,7 @@ import pytest
 
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.coc import CocLine
+from heatlens.core.model.shot.shot import Shot
 from heatlens.render.defocus.listed_fragments import FragmentBuffers, ListedFragments
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.pixel_list import list_bytes
@@ -13,6 +14,7 @@ from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.resources import Buffer, Texture
 from heatlens.render.gpu.textures import FloatArray, new_texture, upload
 from support.fragment_lists import packed_lists
+from support.plates import FOCUS_M, NEAR_M, lens_blurring, plate_of
 
 AT_INFINITY_PX = 30.0
 PER_DIOPTRE_PX = -20.0
@@ -242,3 +244,22 @@ def test_part_of_the_lists_keeps_the_width_of_the_whole_picture(ctx):
     part = whole.crop(Box(2, 3, 12, 9))
     assert (part.size, part.origin, part.stride) == ((10, 6), (2, 3), 30)
     assert part.crop(Box(4, 4, 6, 5)).stride == 30
+
+
+@pytest.mark.parametrize("mixed_share", [0.6, 0.8])
+def test_gap_of_a_pixel_between_blurred_stems_leaves_no_line_on_wall_in_focus(
+    ctx, renderer, mixed_share: float
+) -> None:
+    """It was darker than the pixels beside it by 20 and 33 %."""
+    wall, stem, gap = 0.6, 0.05, 48
+    column = np.arange(96)
+    is_stem = (abs(column - gap) <= 5) & (column != gap)
+    light = np.where(is_stem, stem, wall)
+    light[gap] = mixed_share * stem + (1 - mixed_share) * wall
+    color = np.broadcast_to(light[None, :, None], (32, 96, 3)).astype(np.float32)
+    depth_m = np.broadcast_to(np.where(is_stem, NEAR_M, FOCUS_M), (32, 96)).astype(np.float32)
+    renderer.load(plate_of(color, depth_m))
+    row = renderer.pixels(Shot(lens_blurring(24.0, 96)))[16, :, 0]
+    assert row[gap] < 0.9 * wall  # the stems are spread over the gap
+    beside = (row[gap - 1] + row[gap + 1]) / 2
+    assert row[gap] == pytest.approx(beside, rel=0.1)
