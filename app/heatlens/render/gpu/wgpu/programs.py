@@ -46,7 +46,8 @@ class WgCompute(WgProgram, LinkedCompute):
     def _pipeline(self, variant: Variant) -> Any:
         """Return the pipeline of a variant, made on first use."""
         if id(variant) not in self._pipelines:
-            self._pipelines[id(variant)] = self.shared.device.create_compute_pipeline(
+            self._pipelines[id(variant)] = self.shared.recorder.build_pipeline(
+                self.shared.device.create_compute_pipeline,
                 layout=variant.layout,
                 compute={"module": variant.modules["comp"], "entry_point": "main"},
             )
@@ -85,7 +86,8 @@ class WgDraw(WgProgram, LinkedDraw):
         state = self.shared.draw_state
         key = id(variant), mode, vertices.key, state.pipeline_key()
         if key not in self._pipelines:
-            self._pipelines[key] = self.shared.device.create_render_pipeline(
+            self._pipelines[key] = self.shared.recorder.build_pipeline(
+                self.shared.device.create_render_pipeline,
                 layout=variant.layout,
                 vertex={
                     "module": variant.modules["vert"],

@@ -2,9 +2,13 @@
 
 Dispatches that follow each other share one compute pass, and draws into one framebuffer share one
 render pass: wgpu itself makes each wait for what it reads. The values of loose uniforms of all
-recorded work lie in one buffer, which is written once before the work is handed over.
+recorded work lie in one buffer, which is written once before the work is handed over. The pipelines
+of the work are built on threads while it is recorded: drivers take up to a quarter second for one.
 """
 
+import os
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 import wgpu
@@ -26,6 +30,30 @@ struct Corner { @builtin(position) position: vec4f, @location(0) at: vec2f }
 """
 
 
+class _Calls:
+    """Calls on an encoder, or on a pass of one, which are made when the work is handed over."""
+
+    def __init__(self) -> None:
+        self._calls: list[tuple[str, tuple[Any, ...], dict[str, Any], _Calls]] = []
+
+    def __getattr__(self, name: str) -> Callable[..., "_Calls"]:
+        return lambda *args, **words: self._record(name, args, words)
+
+    def _record(self, name: str, args: tuple[Any, ...], words: dict[str, Any]) -> "_Calls":
+        """Keep one call. Return what stands for its result: a pass, if it begins one."""
+        result = _Calls() if name.startswith("begin_") else self
+        self._calls.append((name, args, words, result))
+        return result
+
+    def make(self, target: Any) -> None:
+        """Make the calls on `target`, and wait for pipelines that are still being built."""
+        for name, args, words, result in self._calls:
+            ready = [one.result() if isinstance(one, Future) else one for one in args]
+            made = getattr(target, name)(*ready, **words)
+            if result is not self:
+                result.make(made)
+
+
 class Recorder:
     """The work of one device that is not yet handed over.
 
@@ -37,9 +65,10 @@ class Recorder:
         usage = wgpu.BufferUsage.UNIFORM | wgpu.BufferUsage.COPY_DST | wgpu.BufferUsage.COPY_SRC
         self.uniforms: Any = device.create_buffer(size=_UNIFORM_BYTES, usage=usage)
         self._values = bytearray()
-        self._encoder: Any = None
-        self._compute: Any = None
-        self._render: Any = None
+        self._encoder: _Calls | None = None
+        self._builders = ThreadPoolExecutor(os.cpu_count(), "pipelines")
+        self._compute: _Calls | None = None
+        self._render: _Calls | None = None
         self._render_key: object = None
         self._to_destroy: list[Any] = []
         self._level_pipelines: dict[str, Any] = {}
@@ -48,7 +77,7 @@ class Recorder:
         """Return the encoder, outside of any pass."""
         self._end_pass()
         if self._encoder is None:
-            self._encoder = self.device.create_command_encoder()
+            self._encoder = _Calls()
         return self._encoder
 
     def compute_pass(self) -> Any:
@@ -91,11 +120,17 @@ class Recorder:
             self._values += bytes(-len(self._values) % 4)
             self.device.queue.write_buffer(self.uniforms, 0, self._values)
             self._values = bytearray()
-        self.device.queue.submit([self._encoder.finish()])
+        encoder, calls = self.device.create_command_encoder(), self._encoder
         self._encoder = None
+        calls.make(encoder)
+        self.device.queue.submit([encoder.finish()])
         for one in self._to_destroy:
             one.destroy()
         self._to_destroy.clear()
+
+    def build_pipeline(self, build: Callable[..., Any], **words: Any) -> Future[Any]:
+        """Begin to build a pipeline, which is set in a pass as if it were there already."""
+        return self._builders.submit(build, **words)
 
     def destroy_after_use(self, resource: Any) -> None:
         """Give the memory of a texture or buffer back, after the recorded work."""
@@ -109,6 +144,10 @@ class Recorder:
         self.submit()
         # wgpu 0.32 fails in its own call that waits; what is read here comes after the work
         self.device.queue.read_buffer(self.uniforms, 0, 4)
+
+    def release(self) -> None:
+        """End the threads that build pipelines."""
+        self._builders.shutdown()
 
     def fill_smaller_levels(self, texture: Any) -> None:
         """Draw each smaller level of a texture from the larger one before it."""

@@ -182,6 +182,7 @@ class WgDevice(Device):
 
     def release(self) -> None:
         self._recorder.finish()
+        self._recorder.release()
         self.raw.destroy()
 
 
