@@ -158,16 +158,16 @@ class WgFramebuffer(Framebuffer):
         self._area_clear.draw(draw, formats, DEPTH_FORMAT if self.depth else "", place)
 
     def read(self, viewport: Area | None = None, components: int = 3, dtype: str = "f1") -> bytes:
-        x, y, width, height = viewport or (0, 0, *self.size)
-        texture = self.textures[0]
-        pixels = np.frombuffer(texture.read(), texture.numpy_type)
-        pixels = pixels.reshape(self.size[1], self.size[0], -1)
-        pixels = pixels[y : y + height, x : x + width, :components]
-        if dtype == "f1" and texture.dtype != "f1":
-            pixels = np.rint(np.clip(pixels, 0.0, 1.0) * 255).astype(np.uint8)
-        elif dtype == "f4":
-            pixels = pixels.astype(np.float32) / (255 if texture.dtype == "f1" else 1)
-        return np.ascontiguousarray(pixels).tobytes()
+        texture, area = self.textures[0], area_inside(viewport or (0, 0, *self.size), self.size)
+        if not min(area[2:]):
+            return b""
+        with texture.texels(area) as texels:
+            pixels = texels[..., :components]
+            if dtype == "f1" and texture.dtype != "f1":
+                pixels = np.rint(np.clip(pixels, 0.0, 1.0) * 255).astype(np.uint8)
+            elif dtype == "f4":
+                pixels = pixels.astype(np.float32) / (255 if texture.dtype == "f1" else 1)
+            return bytes(pixels.tobytes())
 
     def read_into(self, data: Data, components: int = 3) -> None:
         bytes_of(data)[:] = self.read(components=components)

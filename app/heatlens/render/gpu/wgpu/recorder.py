@@ -7,14 +7,18 @@ of the work are built on threads while it is recorded: drivers take up to a quar
 """
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 import wgpu
 
 _UNIFORM_BYTES = 1 << 20  # values of uniforms that are recorded until the work is handed over
-_ALIGNMENT = 256  # of the values of one dispatch or draw, as WebGPU asks
+_ALIGNMENT = 256  # of the values of one dispatch or draw, and of rows that are read, as WebGPU asks
+_KEPT_BYTES = 64 << 20  # a buffer for reading that is larger is not kept for the next time
 # A draw of one triangle that fills the picture with the mean of the larger level.
 _SMALLER_LEVEL = """
 @group(0) @binding(0) var larger: texture_2d<f32>;
@@ -71,6 +75,7 @@ class Recorder:
         self._render: _Calls | None = None
         self._render_key: object = None
         self._to_destroy: list[Any] = []
+        self._read_buffer: Any = None
         self._level_pipelines: dict[str, Any] = {}
 
     def encoder(self) -> Any:
@@ -127,6 +132,40 @@ class Recorder:
         for one in self._to_destroy:
             one.destroy()
         self._to_destroy.clear()
+
+    @contextmanager
+    def texels(
+        self, source: dict[str, Any], size: tuple[int, int, int], texel_bytes: int
+    ) -> Iterator[npt.NDArray[np.uint8]]:
+        """Yield the texels of a part of a texture, (rows, bytes), which end with the block.
+
+        `source` names the texture, its level and the first texel; `size` is that of the part.
+        """
+        used = size[0] * texel_bytes
+        row = -(-used // _ALIGNMENT) * _ALIGNMENT
+        rows = size[1] * size[2]
+        buffer = self._buffer_to_read(row * rows)
+        target = {"buffer": buffer, "offset": 0, "bytes_per_row": row, "rows_per_image": size[1]}
+        self.encoder().copy_texture_to_buffer(source, target, size)
+        self.submit()
+        buffer.map_async("READ_NOSYNC", 0, row * rows).sync_wait()
+        mapped = np.frombuffer(buffer.read_mapped(0, row * rows, copy=False), np.uint8)
+        try:
+            yield mapped.reshape(rows, row)[:, :used]
+        finally:
+            buffer.unmap()
+            if buffer.size > _KEPT_BYTES:
+                self._read_buffer = None
+                buffer.destroy()
+
+    def _buffer_to_read(self, size: int) -> Any:
+        """Return a buffer of at least `size` bytes, kept because new memory costs the most."""
+        if self._read_buffer is None or self._read_buffer.size < size:
+            if self._read_buffer is not None:
+                self._read_buffer.destroy()
+            usage = wgpu.BufferUsage.MAP_READ | wgpu.BufferUsage.COPY_DST
+            self._read_buffer = self.device.create_buffer(size=size, usage=usage)
+        return self._read_buffer
 
     def build_pipeline(self, build: Callable[..., Any], **words: Any) -> Future[Any]:
         """Begin to build a pipeline, which is set in a pass as if it were there already."""

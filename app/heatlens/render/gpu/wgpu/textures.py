@@ -4,12 +4,15 @@ Row 0 comes first in memory and has y = 0, as in OpenGL. wgpu has no textures of
 so these have a fourth one, 1, which is left out when they are read.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from itertools import count
 from typing import Any
 from weakref import WeakValueDictionary
 
 import numpy as np
+import numpy.typing as npt
 import wgpu
 
 from heatlens.render.gpu.resources import (
@@ -123,20 +126,23 @@ class _WgSampled:
         )
 
     def read(self, level: int = 0) -> bytes:
-        width, height = max(1, self.width >> level), max(1, self.height >> level)
-        self._recorder.submit()
-        data = self._recorder.device.queue.read_texture(
-            {"texture": self.raw, "mip_level": level, "origin": (0, 0, 0)},
-            {"bytes_per_row": width * self._texel_bytes, "rows_per_image": height},
-            (width, height, (*self.size, 1)[2]),
-        )
-        if self.components != 3:
-            return bytes(data)
-        pixels = np.frombuffer(data, self.numpy_type).reshape(-1, 4)
-        return np.ascontiguousarray(pixels[:, :3]).tobytes()
+        with self.texels(level=level) as texels:
+            return texels.tobytes()
 
     def read_into(self, data: Data) -> None:
-        bytes_of(data)[:] = self.read()
+        with self.texels() as texels:
+            np.copyto(np.frombuffer(bytes_of(data), self.numpy_type).reshape(texels.shape), texels)
+
+    @contextmanager
+    def texels(self, area: Area | None = None, level: int = 0) -> Iterator[npt.NDArray[np.generic]]:
+        """Yield the texels of an area, (rows, width, components), which end with the block."""
+        whole = (0, 0, max(1, self.width >> level), max(1, self.height >> level))
+        x, y, width, height = area or whole
+        source = {"texture": self.raw, "mip_level": level, "origin": (x, y, 0)}
+        size = width, height, (*self.size, 1)[2]
+        with self._recorder.texels(source, size, self._texel_bytes) as rows:
+            texels = rows.view(self.numpy_type).reshape(len(rows), width, -1)
+            yield texels[..., : self.components]
 
     def build_mipmaps(self) -> None:
         levels = max(self.width, self.height).bit_length()
