@@ -25,7 +25,8 @@
 // In and out; read at visible and hidden pixels, written at hidden ones
 //   layer_img         rgb times coverage, a coverage. Before the pass, a of a hidden pixel is below 0 and packs its
 //                     coverage and its known share: marked_cover and marked_known of lib/hidden.lib.glsl
-//   state_img         r diameter |coc| in pixels, g share of content, 0..1
+//   state_tx and out_state_img: r diameter |coc| in pixels, g share of content, 0..1. They are one texture under two
+//                     names, because Metal has no image of two floats that is read and written.
 
 #include "lib/hidden_block.lib.glsl"  // MARK_WHOLE, neighbor_block, layer_size, PIXELS_PER_GROUP ...
 #include "lib/highlight_limit.lib.glsl"  // highlight_share, dim, undim
@@ -38,7 +39,8 @@ uniform sampler2D cost_tx;
 uniform sampler2D around_tx;
 uniform bool has_highlights;  // the layer is in focus, at full size, and may contain highlights
 layout(rgba32f) uniform image2D layer_img;
-layout(rg32f) uniform image2D state_img;
+uniform sampler2D state_tx;
+layout(rg32f) uniform writeonly image2D out_state_img;
 
 // A listed surface has full weight up to a distance of LISTED_FROM from the next visible pixel, and none from LISTED_TO
 // and one pixel on. Both are shares of the depth behind the silhouette that the lens can see (listed_tx).
@@ -69,7 +71,7 @@ Content content_at(ivec2 at) {
     vec4 layer = imageLoad(layer_img, at);
     vec3 color = layer.rgb / max(layer.a, 1e-4);
     if (has_highlights) color *= 1.0 - highlight_share(color, texelFetch(around_tx, at >> 1, 0).r);
-    return Content(vec4(dim(color) * layer.a, layer.a), imageLoad(state_img, at).r * layer.a);
+    return Content(vec4(dim(color) * layer.a, layer.a), texelFetch(state_tx, at, 0).r * layer.a);
 }
 
 // The cost of each direction, averaged over the 3 x 3 blocks around if `is_averaged`; NO_COST is left out. If
@@ -213,7 +215,7 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
 // Writes a pixel: the guess, mixed with what is known of the pixel itself (own).
 void fill_pixel(ivec2 at, Guess guess) {
     vec4 own = imageLoad(layer_img, at);
-    vec2 state = imageLoad(state_img, at).rg;
+    vec2 state = texelFetch(state_tx, at, 0).rg;
     float known = marked_known(own.a);
     own.a = marked_cover(own.a);
 #ifdef LISTS
@@ -230,7 +232,7 @@ void fill_pixel(ivec2 at, Guess guess) {
     float diameter = (own_weight * state.r + guess_weight * guess.diameter) / max(own_weight + guess_weight, 1e-6);
     float content = mix(solidity(guess.layer.a), state.g, known);
     imageStore(layer_img, at, layer);
-    imageStore(state_img, at, vec4(diameter, content, 0.0, 0.0));
+    imageStore(out_state_img, at, vec4(diameter, content, 0.0, 0.0));
 }
 
 // Fills a listed pixel, or all four of a listed block.

@@ -10,7 +10,8 @@
 //   s.open           share of the sky that is not occluded
 //   share            share of light that is mirrored; the rest is scattered (diffuse)
 
-#include "lib/pi.lib.glsl"  // PI
+#include "lib/finite.lib.glsl"  // is_nan
+#include "lib/pi.lib.glsl"      // PI
 
 uniform sampler2DShadow shadow_tx;
 uniform mat4 shadow_from_world;  // maps world space to 0..1 in all three axes
@@ -138,5 +139,5 @@ vec3 shade(Surface s, vec3 to_eye) {
     if (dot(s.normal, to_sun) > 0.0 && max(sun_light.r, max(sun_light.g, sun_light.b)) > 0.0)
         light += sun_light * sun_share(s.position_m, s.side) * reflect_light(s, to_eye, to_sun, share);
     for (uint i = 0u; i < light_count.x; ++i) light += from_light(lights[i], s, to_eye, share);
-    return clamp(mix(light, vec3(0.0), isnan(light)), 0.0, MOST_LIGHT);
+    return clamp(mix(light, vec3(0.0), is_nan(light)), 0.0, MOST_LIGHT);
 }

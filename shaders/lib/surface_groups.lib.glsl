@@ -10,6 +10,8 @@
 //   behind_tx   the same samples: rgb, a dioptres of the next surface
 //   last_tx     the same samples: rgb, a dioptres of the surface after that
 
+#include "lib/finite.lib.glsl"  // is_infinite
+
 uniform sampler2D front_tx;
 uniform sampler2D done_tx;
 uniform sampler2D first_tx;
@@ -55,7 +57,7 @@ struct Group {
 // none, because the sky is in front of it.
 vec4 behind_sample(ivec2 at, bool is_last) {
     vec4 next = texelFetch(behind_tx, at, 0);
-    bool has_next = !isinf(texelFetch(first_tx, at, 0).r);
+    bool has_next = !is_infinite(texelFetch(first_tx, at, 0).r);
     if (!is_last) return has_next ? next : vec4(vec3(0.0), -1.0);
     return has_next && next.a > 0.0 ? texelFetch(last_tx, at, 0) : vec4(vec3(0.0), -1.0);
 }

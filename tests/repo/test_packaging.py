@@ -18,6 +18,7 @@ import trove_classifiers
 
 from heatlens.fronts.doctor import compiled_shaders
 from heatlens.fronts.doctor.gpu_check import pass_builds, solver_builds
+from heatlens.render.gpu.wgpu.reflection import reflect
 from heatlens.render.gpu.wgpu.spirv import COMPILER, PACKED
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -139,6 +140,22 @@ def test_compiled_shaders_become_shaders_of_metal_and_of_direct3d(wheel, tmp_pat
     with ThreadPoolExecutor() as pool:
         assert set(pool.map(complaint_of, words)) == {""}
     assert len(words) > 2 * len(solver_builds() + pass_builds())
+
+
+def test_images_read_and_written_have_formats_that_metal_reads_and_writes(wheel) -> None:
+    """Those of Metal's textures of tier 2, which all Apple silicon has."""
+    formats = {"r32float", "r32uint", "r16float", "rgba8unorm"}
+    formats |= {"rgba16float", "rgba32float", "rgba32uint"}
+    archive = zipfile.ZipFile(wheel.parent / "site/heatlens/shaders" / PACKED)
+    images = [
+        (str(one.layout["format"]), one.name)
+        for name in archive.namelist()
+        for one in reflect(archive.read(name)).bindings
+        if one.layout.get("access") == "read-write"
+    ]
+    assert (
+        images and {(format_, name) for format_, name in images if format_ not in formats} == set()
+    )
 
 
 class Hook:

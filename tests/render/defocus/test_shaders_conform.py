@@ -24,6 +24,13 @@ def test_overlay_shader_has_function_of_every_overlay() -> None:
     assert sorted(functions) == sorted(it.function for it in overlays_by_name().values())
 
 
+def test_no_shader_finds_nan_or_infinity_by_arithmetic() -> None:
+    """Metal's compiler takes both for impossible: `lib/finite.lib.glsl` looks at their bits."""
+    files = list(SHADERS.rglob("*.glsl"))
+    asking = [it.name for it in files if re.search(r"\bis(nan|inf)\s*\(", it.read_text("utf-8"))]
+    assert files and asking == []
+
+
 @pytest.mark.parametrize("builds", [solver_builds(), pass_builds()], ids=["solvers", "passes"])
 def test_reference_compiler_accepts_every_build(builds: list, tmp_path: Path) -> None:
     assert shutil.which("glslangValidator"), "apt-get install glslang-tools"

@@ -169,13 +169,14 @@ class HiddenFillPass:
                 uniforms=uniforms | slice_uniforms,
             )
             yield
-        textures = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | info_textures
+        textures = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost}
+        textures |= {"state_tx": layer.state} | info_textures
         for slice_uniforms in self._slices.of(layer.size):
             fill.dispatch(
                 scratch.blocks,
                 offset=OF_BOTH,
                 textures=textures | match_textures,
-                images={"layer_img": layer.color, "state_img": layer.state},
+                images={"layer_img": layer.color, "out_state_img": layer.state},
                 buffers=fill_buffers,
                 uniforms=uniforms | {"has_highlights": around is not None} | slice_uniforms,
             )
