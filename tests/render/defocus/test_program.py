@@ -8,7 +8,7 @@ import pytest
 from heatlens.core.base.errors import ShaderError
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.opengl.programs import STRICT_VARIABLE
-from heatlens.render.gpu.program import ComputeProgram, DrawProgram
+from heatlens.render.gpu.program import ComputeProgram, DrawProgram, programs_built
 from heatlens.render.gpu.shader_source import kinds_in
 from heatlens.render.gpu.textures import download, new_array, new_texture
 
@@ -168,6 +168,17 @@ def test_dispatch_sets_only_changed_uniforms(ctx: Device, shaders: Path) -> None
     assert scale.result() == 1120.5
     uniforms["gains"][1] = 2.0  # in place, as only a list can be
     assert scale.result() == 1140.5
+
+
+def test_version_is_kept_and_built_on_first_use(ctx: Device, shaders: Path) -> None:
+    program, built = ComputeProgram(ctx, "scale.comp.glsl", {"A": 1}), programs_built()
+    version = program.version(B=True, C=2, D=False)
+    assert version is program.version(C=2, B=1) and version is not program.version(B=True)
+    assert program.version(D=False) is program
+    assert programs_built() == built
+    assert version.link() is version.link() and programs_built() == built + 1
+    program.release()
+    assert program.version(C=2, B=True) is not version
 
 
 @pytest.mark.usefixtures("of_opengl")

@@ -1,7 +1,8 @@
-"""Buffers of wgpu hold what was written into them, in the order of the calls."""
+"""Buffers and textures of wgpu hold what was written into them, in the order of the calls."""
 
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -36,3 +37,19 @@ def test_writes_at_words_and_copies_keep_their_order(device, before, after):
     assert not in_copy or copy.read() == in_copy
     buffer.release()
     copy.release()
+
+
+@pytest.mark.parametrize("components", [1, 3, 4])
+def test_area_of_texture_is_that_of_the_whole(device, components):
+    pixels = np.arange(7 * 5 * components, dtype=np.float32).reshape(5, 7, components)
+    texture = device.texture((7, 5), components, pixels, dtype="f4")
+    assert texture.read() == pixels.tobytes()
+    whole = np.empty_like(pixels)
+    texture.read_into(whole)
+    assert (whole == pixels).all()
+    target = device.framebuffer([texture])
+    for x, y, width, height in ((0, 0, 7, 5), (2, 1, 3, 4), (6, 4, 1, 1), (5, 3, 9, 9)):
+        data = target.read((x, y, width, height), components, dtype="f4")
+        assert data == pixels[y : y + height, x : x + width].tobytes()
+    assert target.read((7, 0, 1, 1), components, dtype="f4") == b""
+    texture.release()
