@@ -1,6 +1,6 @@
 // Prepares the guess of a layer's hidden pixels: clears them in the masks of visible pixels, and lists the pixels for
 // which guesses are made. Near visible pixels each hidden pixel has its own guess; deeper inside, the four pixels of a
-// block share one.
+// block share one, but with EACH_PIXEL they do not.
 //
 // Words: a pixel of a layer is visible if nearer layers leave it open, and hidden if the layer must be guessed there
 // (lib/hidden.lib.glsl). A block has 2 x 2 pixels. From a hidden pixel, each of four directions leads both ways to the
@@ -31,6 +31,11 @@ layout(rgba32f) uniform writeonly image2D out_match_img;
 #endif
 layout(std430) buffer bits_block { uint bits_buf[]; };
 uniform int slices;  // number of slices in which later passes work through the list
+#ifdef EACH_PIXEL
+#define MAY_SHARE false
+#else
+#define MAY_SHARE true
+#endif
 #define DEEP_PX 3  // distance from all visible pixels, along rows and columns, from which the guess is smooth
 
 // Marks a pixel as not visible, in the masks of all directions.
@@ -74,6 +79,7 @@ uint hidden_in(ivec2 first) {
 // True if all pixels around the block up to a distance of DEEP_PX are hidden, along rows and columns. `first` is the
 // first pixel of the block.
 bool is_surrounded(ivec2 first) {
+    if (!MAY_SHARE) return false;
     const int far = DEEP_PX + 1;
     return is_hidden(first - ivec2(DEEP_PX, 0)) && is_hidden(first + ivec2(far, 0)) &&
         is_hidden(first - ivec2(0, DEEP_PX)) && is_hidden(first + ivec2(0, far));

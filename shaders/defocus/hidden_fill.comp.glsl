@@ -21,6 +21,8 @@
 //   two lists         the pixels to guess (hidden_blocks.comp.glsl)
 //   listed_tx         with LISTS: r share known from lists, g depth in pixels behind the silhouette that the lens can
 //                     see (layer_split.comp.glsl); as deep as that, lists are preferred to a guess
+//   rows_steadiness_tx, columns_steadiness_tx   with LINES: r logarithm of the weight of a row and of a column, in nodes
+//                     (lib/steadiness_system.lib.glsl)
 //   match_tx          with MATCHED: the correction of their brightness (hidden_cost.comp.glsl)
 // In and out; read at visible and hidden pixels, written at hidden ones
 //   layer_img         rgb times coverage, a coverage. Before the pass, a of a hidden pixel is below 0 and packs its
@@ -38,6 +40,12 @@ layout(local_size_x = PIXELS_PER_GROUP) in;
 uniform sampler2D cost_tx;
 uniform sampler2D around_tx;
 uniform bool has_highlights;  // the layer is in focus, at full size, and may contain highlights
+#ifdef LINES
+uniform sampler2D rows_steadiness_tx;
+uniform sampler2D columns_steadiness_tx;
+uniform float near_steps;  // distance of an end, in steps of a line, at which it counts 1/e
+uniform float near_power;  // the weight of a line grows with this power of what its ends count
+#endif
 layout(rgba32f) uniform image2D layer_img;
 uniform sampler2D state_tx;
 layout(rg32f) uniform writeonly image2D out_state_img;
@@ -46,15 +54,13 @@ layout(rg32f) uniform writeonly image2D out_state_img;
 // and one pixel on. Both are shares of the depth behind the silhouette that the lens can see (listed_tx).
 #define LISTED_FROM 0.5
 #define LISTED_TO 1.0
-#define LEAST_SIMILARITY 1e-4    // added to the similarity: if no direction has similar ends the nearest decide
+#define LEAST_SIMILARITY 1e-4  // added to the similarity: if no direction has similar ends the nearest decide
 #define DISTANCE_POWER 2.0     // weights fall with this power of the distance between the ends
 #define ALIKE_TO 0.4           // similarity of the best direction above which the guess follows structure
 #define DULL_REACH 0.8         // share of the distance to an end that is averaged behind it where the guess is smooth
 #define ONE_END_WEIGHT 0.02    // weight of an end without a partner: it gives color but no structure
-#define LEAST_STEADINESS 1e-9  // added to the similarity where the guess follows lines
 #define DIAGONAL_LOSS 40.0     // how much less diagonals count where lines are followed, as a logarithm
-#define LINE_NEAR 2.0          // distance of an end, in steps of a line, at which its weight is 1/e
-#define LINE_BEHIND 3.0        // how far the pixels behind an end are averaged where lines are followed, in steps
+#define LINE_BEHIND 0.6        // how far the pixels behind an end are averaged where lines are followed, in steps
 #define BEHIND_REACH 0.26      // share of an end's diameter that is averaged behind it, with falling weight
 #define BEHIND_MOST 64         // samples are 1, 2, 4 .. 32 pixels behind an end, each for its whole interval
 
@@ -112,6 +118,9 @@ Content end_at(ivec2 end, ivec2 away_direction, float step_px, float smooth_px, 
 
 #ifdef LISTS
 uniform sampler2D listed_tx;
+#define IS_LISTED true
+#else
+#define IS_LISTED false
 #endif
 
 #ifdef MATCHED
@@ -160,41 +169,61 @@ struct EndWeights {
     vec2 smooth_px;  // how far the pixels behind each are averaged at least
 };
 
-// The weights of the two ends of direction k by their similarity and distance. Where the guess follows lines, only rows
-// and columns count, the similarity is that of the whole line, and a line with one end goes on too.
-EndWeights weights_of(int k, ivec2 ends, float cost, float line_share, float smooth_share) {
+// The weights of the two ends of direction k by their similarity and distance.
+EndWeights weights_of(int k, ivec2 ends, float cost, float smooth_share) {
     vec2 ends_px = vec2(ends);
     float step_px = STEP_LENGTH[k], both_px = ends_px.x + ends_px.y;
     bool has_both = min(ends_px.x, ends_px.y) > 0.0;
-    float similarity = similarity_of(cost) + mix(LEAST_SIMILARITY, LEAST_STEADINESS, line_share);
-    if (!has_both) similarity = mix(ONE_END_WEIGHT, similarity, line_share);
-    if (k > 1) similarity *= exp(-DIAGONAL_LOSS * line_share);
+    float similarity = has_both ? similarity_of(cost) + LEAST_SIMILARITY : ONE_END_WEIGHT;
+    float length_px = (has_both ? 1.0 : 2.0) * both_px * step_px;
     // Raised to the power 0 where the guess is smooth, similarity does not count.
-    float alike = pow(similarity, 1.0 - smooth_share), length_px = (has_both ? 1.0 : 2.0) * both_px * step_px;
-    float line_px = float(max(line_step_px, 1));
-    vec2 near = exp(-ends_px / (LINE_NEAR * line_px)) * step(0.5, ends_px) + 1e-12;
-    vec2 by_ends = (has_both ? ends_px.yx / both_px : vec2(1.0)) / pow(length_px, DISTANCE_POWER);
-    vec2 by_line = near * inversesqrt(near.x + near.y);
+    float alike = pow(similarity, 1.0 - smooth_share) / pow(length_px, DISTANCE_POWER);
     vec2 smooth_px = has_both ? DULL_REACH * smooth_share * step_px * ends_px : vec2(0.0);
-    // Weights are mixed by their logarithms, as the costs are.
-    vec2 weight = alike * exp(mix(log(max(by_ends, 1e-12)), log(by_line), line_share));
-    return EndWeights(weight, mix(smooth_px, vec2(LINE_BEHIND * line_px), line_share));
+    return EndWeights(alike * (has_both ? ends_px.yx / both_px : vec2(1.0)), smooth_px);
 }
+
+#ifdef LINES
+// The logarithm of the weight of the row or column of a pixel, between its two nearest nodes.
+float steadiness_at(ivec2 at, int k) {
+    float position = max((float(at[k]) + 0.5) / float(LINE_NODE) - 0.5, 0.0);
+    int low = int(position), high = min(low + 1, (layer_size[k] - 1) / LINE_NODE);
+    float a = k == 0 ? texelFetch(rows_steadiness_tx, ivec2(low, at.y), 0).r
+                     : texelFetch(columns_steadiness_tx, ivec2(at.x, low), 0).r;
+    float b = k == 0 ? texelFetch(rows_steadiness_tx, ivec2(high, at.y), 0).r
+                     : texelFetch(columns_steadiness_tx, ivec2(at.x, high), 0).r;
+    return mix(a, b, fract(position));
+}
+
+// Mixes the weights of direction k with those where the guess follows lines, by `share`. There only rows and columns
+// count, by how steady they are and how near their ends, and a line with one end goes on too. Weights are mixed by
+// their logarithms.
+EndWeights with_lines(EndWeights by_ends, int k, ivec2 at, ivec2 ends, float share) {
+    float line_px = float(max(line_step_px, 1));
+    vec2 near = exp(-vec2(ends) / (near_steps * line_px)) * step(0.5, vec2(ends)) + 1e-30;
+    vec2 log_line = log(near) + (near_power - 1.0) * log(near.x + near.y);
+    log_line += k > 1 ? vec2(-DIAGONAL_LOSS) : vec2(steadiness_at(at, k & 1));
+    vec2 weight = exp(mix(log(max(by_ends.weight, 1e-12)), log_line, share));
+    return EndWeights(weight, mix(by_ends.smooth_px, vec2(LINE_BEHIND * line_px), share));
+}
+#endif
 
 // Makes the guess for a pixel: the weighted mean of the ends of all directions. If no end is within reach, nothing is
 // added; the loops end after one round, which costs less on a software rasterizer than a branch
 // (lib/visible_bits.lib.glsl).
 void make_guess(ivec2 at, ivec2 size, out Guess guess) {
-    ivec2 ends[HIDDEN_DIRECTIONS];
-    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
+    ivec2 ends[HIDDEN_DIRECTIONS] = ivec2[](ends_of(0, at, size), ends_of(1, at, size), ivec2(0), ivec2(0));
+    float line_share = line_share_of(ends[0], ends[1], reach_px);
+    for (int k = 2; (IS_LISTED || line_share < 1.0) && k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
     bool is_in_reach = !is_beyond_reach(ends);
-    float line_share = line_share_of(ends[0], ends[1]);
-    vec4 cost = mix(mean_cost(at >> 1, is_in_reach), texelFetch(cost_tx, at >> 1, 0), line_share);
+    vec4 cost = mean_cost(at >> 1, is_in_reach && line_share < 1.0);
     Content sum = Content(vec4(0.0), 0.0);
-    float weights = 0.0, smooth_share = (1.0 - line_share) * smooth_share_of(ends, cost);
+    float weights = 0.0, smooth_share = smooth_share_of(ends, cost);
     int k = 0, directions = line_share < 1.0 ? HIDDEN_DIRECTIONS : 2;  // where lines alone decide, no diagonals
     do {
-        EndWeights ends_weight = weights_of(k, ends[k], cost[k], line_share, smooth_share);
+        EndWeights ends_weight = weights_of(k, ends[k], cost[k], smooth_share);
+#ifdef LINES
+        ends_weight = with_lines(ends_weight, k, at, ends[k], line_share);
+#endif
         vec2 smooth_px = ends_weight.smooth_px;
         float step_px = STEP_LENGTH[k];
         Content end_ahead = end_at(at + ends[k].x * DIRECTION[k], DIRECTION[k], step_px, smooth_px.x, size);

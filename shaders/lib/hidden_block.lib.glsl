@@ -16,23 +16,24 @@ ivec2 neighbor_block(ivec2 block, int i) {
     return clamp(block + ivec2(i % 3, i / 3) - 1, ivec2(0), (layer_size - 1) / 2);
 }
 
-// With LINES, behind a wide thing the guess follows a whole row or column of the layer, not only its two ends. A gap is
-// the number of pixels between the two ends of a row or a column, and the shorter one counts. Where neither has two
-// ends, lines would only extrapolate, and are not followed.
-uniform int line_step_px;  // pixels from one sample of a line to the next, in proportion to the picture
-uniform float most_line_share;  // degree to which lines are followed behind the widest things, 0..1
+// With LINES, behind a wide thing the guess follows whole rows and columns (lib/steadiness_system.lib.glsl), and not
+// the nearest ends alone. A gap is the number of pixels between the two ends of a row or a column, and the shorter one counts.
+uniform int line_step_px;  // unit of lengths along a line, in proportion to the picture
 #define NARROW_GAP 1.3     // gap, in steps, up to which the ends alone decide
 #define WIDE_GAP 2.7       // gap from which lines alone decide
 #define NO_GAP 1e6         // gap of a line without two ends
 
-// Degree to which the guess follows lines, 0..1. `across` and `down` have the steps to the ends of row and column.
-float line_share_of(ivec2 across, ivec2 down) {
+// Degree to which the guess follows lines, 0..1. `across` and `down` have the steps to the ends of row and column, and
+// one of them must be within `most_px`.
+float line_share_of(ivec2 across, ivec2 down, int most_px) {
 #ifdef LINES
     float row_px = min(across.x, across.y) > 0 ? float(across.x + across.y) : NO_GAP;
     float column_px = min(down.x, down.y) > 0 ? float(down.x + down.y) : NO_GAP;
-    float gap_px = min(row_px, column_px);
-    float wide_share = smoothstep(NARROW_GAP, WIDE_GAP, gap_px / float(line_step_px));
-    return gap_px < NO_GAP ? most_line_share * wide_share : 0.0;
+    ivec4 ends_px = ivec4(across, down);
+    bool is_near = false;
+    for (int i = 0; i < 4; ++i) is_near = is_near || (ends_px[i] > 0 && ends_px[i] <= most_px);
+    float wide_share = smoothstep(NARROW_GAP, WIDE_GAP, min(row_px, column_px) / float(line_step_px));
+    return is_near && min(row_px, column_px) < NO_GAP ? wide_share : 0.0;
 #else
     return 0.0;
 #endif

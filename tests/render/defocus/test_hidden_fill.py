@@ -3,6 +3,8 @@
 import numpy as np
 
 from heatlens.render.defocus.layer_passes import HiddenFillPass, HiddenScratch, Layer
+from heatlens.render.defocus.line_solver import usual_solver
+from heatlens.render.defocus.line_steadiness import Steadiness
 from heatlens.render.defocus.pixel_list import list_bytes
 from heatlens.render.defocus.tile_mask import TileList, TileMask, WholePictures, visibility_bytes
 from heatlens.render.defocus.tile_pass import VisibleBitsPass
@@ -20,7 +22,7 @@ def fill_hidden(
     layer: FloatArray,
     state: FloatArray,
     reach_px: int = 1000,
-    line_share: float = 0.0,
+    shape_share: float | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     size = layer.shape[1::-1]
     whole = size[0] + PADDING_PX[0], size[1] + PADDING_PX[1]
@@ -37,8 +39,22 @@ def fill_hidden(
     VisibleBitsPass(ctx).mark([size], BufferParts(mask.words, tiles), BufferParts(bits, bits.size))
     cost = new_texture(ctx, blocks_for(whole, 2), 4)
     upload(cost, np.full((*blocks_for(whole, 2)[::-1], 4), np.nan, np.float32))
-    scratch = HiddenScratch(bits, ctx.buffer(reserve=list_bytes(size)), cost)
-    fill = HiddenFillPass(ctx).steps(target, pixels, scratch, reach_px, line_share=line_share)
+    has_shapes = shape_share is not None
+    lines = Steadiness(*(new_texture(ctx, nodes, 1) for nodes in Steadiness.sizes(whole)))
+    scratch = HiddenScratch(
+        bits,
+        ctx.buffer(reserve=list_bytes(size)),
+        cost,
+        lines=lines if has_shapes else None,
+    )
+    fill = HiddenFillPass(ctx, usual_solver(ctx)).steps(
+        target,
+        pixels,
+        scratch,
+        reach_px,
+        shape_share=shape_share or 0.0,
+        each_pixel=has_shapes,
+    )
     list(fill)
     check_blocks(scratch.blocks, layer[..., 3] < 0)
     found = download(target.color), download(target.state)
@@ -126,9 +142,26 @@ def test_hidden_fill_continues_bars_that_only_one_side_shows(ctx: Device) -> Non
         leaf = ((x - middle_x) / 30) ** 2 + ((y - 20) / 70) ** 2 < 1
         hidden_layer = np.where(leaf[..., None], HIDDEN, layer).astype(np.float32)
         state = np.where(leaf[..., None], 0.0, (0.0, 1.0)).astype(np.float32)
-        guess = fill_hidden(ctx, hidden_layer, state, line_share=1.0)[0][..., 3]
+        guess = fill_hidden(ctx, hidden_layer, state, shape_share=1.0)[0][..., 3]
         assert guess[leaf & is_bar & (y % 120 > 8)].mean() > 0.6
         assert guess[leaf & ~is_bar].mean() < 0.05
+
+
+def test_hidden_bars_have_straight_rims(ctx: Device, rng: np.random.Generator) -> None:
+    """The rims of bars behind many small leaves do not change from row to row."""
+    y, x = np.mgrid[:200, :320] + 0.5
+    coverage = np.where(x % 80 < 9, 1.0, 0.0)[..., None]
+    layer = np.concatenate([0.03 * coverage.repeat(3, -1), coverage], -1).astype(np.float32)
+    leaves = np.zeros(x.shape, bool)
+    for middle_x, middle_y, turn in rng.random((26, 3)) * (320, 200, np.pi):
+        offset = ((x - middle_x) + 1j * (y - middle_y)) * np.exp(1j * turn)
+        leaves |= (offset.real / 34) ** 2 + (offset.imag / 11) ** 2 < 1
+    hidden_layer = np.where(leaves[..., None], HIDDEN, layer).astype(np.float32)
+    state = np.where(leaves[..., None], 0.0, (0.0, 1.0)).astype(np.float32)
+    guess = fill_hidden(ctx, hidden_layer, state, shape_share=1.0)[0][..., 3]
+    wrong = np.abs(guess - coverage[..., 0]) > 0.5
+    rims = leaves & (np.abs((x + 40) % 80 - 44.5) < 8)
+    assert wrong[rims].mean() < 0.02
 
 
 def test_hidden_fill_crosses_gap_longer_than_mask_word(ctx: Device) -> None:

@@ -16,8 +16,11 @@ from heatlens.render.defocus.kernels import named_kernel
 from heatlens.render.defocus.layer_cuts import FARTHER_THAN_ALL, NEARER_THAN_ALL, LayerCut
 from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.line_solver import Band, LineSolver, LineSystem
+from heatlens.render.defocus.line_steadiness import Steadiness, SteadinessPass
+from heatlens.render.defocus.tile_mask import visibility_bytes
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram
+from heatlens.render.gpu.shader_constants import LINE_NODE
 from heatlens.render.gpu.textures import new_array, new_texture, upload
 
 SIZE = (24, 16)
@@ -146,13 +149,27 @@ def probe_coc_fill(ctx: Device, probe: ContractProbe, rng) -> None:
         pass
 
 
-SYSTEMS = ("heat", "disc_2", "disc_3", "fill")
+def probe_steadiness(ctx: Device, probe: ContractProbe, rng) -> None:
+    """Run the probe on lines of nodes, of which some are hidden."""
+    across, down = size = SIZE[0] * LINE_NODE, SIZE[1] * LINE_NODE
+    color = new_texture(ctx, size, 4)
+    upload(color, rng.random((down, across, 4), np.float32))
+    words = rng.integers(0, 1 << 32, visibility_bytes(size) // 4, np.uint32)
+    words[rng.random(words.size) < 0.5] = 0
+    lines = Steadiness(*(new_texture(ctx, nodes, 1) for nodes in Steadiness.sizes(size)))
+    for _ in SteadinessPass(probe).steps(color, size, ctx.buffer(words.tobytes()), lines):
+        pass
+
+
+SYSTEMS = ("heat", "disc_2", "disc_3", "fill", "steadiness")
 
 
 def probe_system(ctx: Device, system: str, parts: dict[str, int], rng) -> ContractProbe:
     probe = ContractProbe(ctx, parts)
     if system == "fill":
         probe_coc_fill(ctx, probe, rng)
+    elif system == "steadiness":
+        probe_steadiness(ctx, probe, rng)
     else:
         probe_blur(ctx, probe, system, rng)
     return probe

@@ -7,6 +7,7 @@ from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.render.defocus.blur_pass import BlurTargets, Diffusion, Over
 from heatlens.render.defocus.layer_passes import CocFillPass, HiddenScratch, Layer
 from heatlens.render.defocus.layer_plan import LayerPlan
+from heatlens.render.defocus.line_steadiness import Steadiness
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.passes import DefocusPasses
 from heatlens.render.defocus.pixel_list import list_bytes
@@ -106,10 +107,25 @@ class LayerBlur:
             match=self._scratch.texture("hidden match", blocks, 4)
             if picture.lists is not None and not picture.lists.is_exact
             else None,
+            lines=self._line_memory(picture_size) if plan.follows_lines else None,
         )
         reach_px = math.ceil(plan.uncovered_px / plan.reduction)
         # only a layer in focus, at full size, may hold highlights
         around = picture.around if plan.is_in_focus and plan.reduction == 1 else None
         return self._passes.hidden.steps(
-            layer, hidden, hidden_scratch, reach_px, around, plan.shape_share
+            layer,
+            hidden,
+            hidden_scratch,
+            reach_px,
+            around,
+            plan.shape_share,
+            plan.shows_pixels,
+        )
+
+    def _line_memory(self, picture_size: tuple[int, int]) -> Steadiness:
+        """Return memory for how steady rows and columns are."""
+        rows, columns = Steadiness.sizes(picture_size)
+        return Steadiness(
+            self._scratch.texture("steady rows", rows, 1),
+            self._scratch.texture("steady columns", columns, 1),
         )

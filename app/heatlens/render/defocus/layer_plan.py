@@ -54,6 +54,16 @@ class LayerPlan:
         return near.at_px - near.half_width_px, far.at_px + far.half_width_px
 
     @property
+    def follows_lines(self) -> bool:
+        """True if the guess of what wide things hide of the layer follows rows and columns."""
+        return self.reduction == 1 and not self.cut.is_before_focus
+
+    @property
+    def shows_pixels(self) -> bool:
+        """True if the layer begins before the focus and ends behind it: single pixels are seen."""
+        return self.reduction == 1 and self.cut.near.at_px < 0.0 < self.cut.far.at_px
+
+    @property
     def is_in_focus(self) -> bool:
         """True if the layer may contain pixels in focus."""
         low_px, high_px = self.coc_range_px

@@ -169,7 +169,10 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "hidden fill",
-        _comp("hidden_blocks", variants=without_and_with("MATCHED"))
+        _comp(
+            "hidden_blocks",
+            variants=combine_variants(without_and_with("MATCHED"), without_and_with("EACH_PIXEL")),
+        )
         | _comp(
             "hidden_cost",
             variants=combine_variants(without_and_with("MATCHED"), without_and_with("LINES")),
@@ -177,7 +180,9 @@ PASSES: tuple[Pass, ...] = (
         | _comp("hidden_fill", variants=combine_variants(_MATCHED, without_and_with("LINES"))),
         pass_costs.hidden_fill_bytes,
         reads_last=("known", "hidden list"),
-        private_memory=_own_memory("hidden blocks", "hidden cost", "hidden match"),
+        private_memory=_own_memory("hidden blocks", "hidden cost", "hidden match")
+        | _own_memory("steady rows", "steady columns"),
+        systems=(LineSystem("lib/steadiness_system.lib.glsl"),),
     ),
     Pass(
         "coc fill",

@@ -50,7 +50,7 @@ class DefocusPasses:
         self.solver = solver
         self.tiles = TilePass(ctx)
         self.split = LayerSplitPass(ctx)
-        self.hidden = HiddenFillPass(ctx)
+        self.hidden = HiddenFillPass(ctx, solver)
         self.coc_fill = CocFillPass(solver)
         self.blur = BlurPass(solver)
         self.far_guess = FarGuess(ctx)

@@ -28,6 +28,7 @@ TILE = 16  # side in pixels of the tiles that masks switch on and off
 TILE_LIST_HEAD = 7  # words before the tiles of a list, see lib/tile_list.lib.glsl
 STRIP_COLUMNS, STRIP_TEXELS = 8, 4096  # lib/strips.lib.glsl
 HIDDEN_DIRECTIONS = 4  # directions along which hidden pixels search for visible ones
+LINE_NODE = 8  # pixels from one node of a line to the next, see lib/steadiness_system.lib.glsl
 PEEL_DRAWS = 3  # draws of a scene's visible surfaces, each with other sample positions
 HIGHLIGHT_BLOCK = 8  # side in pixels of the blocks in which highlights are merged
 HIGHLIGHT_LEVELS = 5  # levels of merging, see lib/highlights.lib.glsl
