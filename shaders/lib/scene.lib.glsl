@@ -6,7 +6,6 @@
 //   placements_block  with PLACEMENTS, how each of the five maps of each material lies on the surface: two vec4 for
 //                     each map. The first one is a matrix by rows. The second one has in xy the offset, in z the set
 //                     of texture coordinates, and in w how the map repeats: wrap of u + 4 * wrap of v.
-//   lights_block      the number of lights in 16 bytes, then 48 bytes for each light
 //   maps_tx           all maps, one in a layer
 //
 // The ray tracer reads more (lib/bvh.lib.glsl). The vertex buffer has two vec4 for each vertex: position and u, normal
@@ -33,18 +32,8 @@ struct Material {
 #define UNLIT 1    // unlit: its base color is shown as it is
 #define BLENDED 2  // alpha is coverage
 
-struct Light {
-    vec4 position_inner;   // meters, and a spot's inner cosine
-    vec4 intensity_outer;  // rgb, candela-like, and a spot's outer cosine
-    vec4 axis;             // xyz unit axis of a spot; w is 1, or 2 if it fades smoothly; zeros if it is no spot
-};
-
 layout(std430) readonly buffer instances_block { Instance instances[]; };
 layout(std430) readonly buffer materials_block { Material materials[]; };
-layout(std430) readonly buffer lights_block {
-    uvec4 light_count;
-    Light lights[];
-};
 
 #ifdef PLACEMENTS
 layout(std430) readonly buffer placements_block { vec4 placements[]; };

@@ -23,6 +23,15 @@ uniform vec3 sky_horizon;
 uniform vec3 sky_ground;
 uniform vec3 sky_light[3];       // a, b, c of the sky's diffuse light a + b y + c y^2, y of the normal
 
+uniform int light_count;
+uniform vec4 light_rows[3 * MOST_LIGHTS];  // see Light
+
+struct Light {
+    vec4 position_inner;   // meters, and a spot's inner cosine
+    vec4 intensity_outer;  // rgb, candela-like, and a spot's outer cosine
+    vec4 axis;             // xyz unit axis of a spot; w is 1, or 2 if it fades smoothly; zeros if it is no spot
+};
+
 #define MOST_LIGHT 65504.0     // the largest half float
 #define LEAST_ROUGHNESS 0.1    // rays would miss the glint of a smoother surface
 #define GROUND_BAND 0.1        // sine of the angle over which sky and ground blend
@@ -138,6 +147,7 @@ vec3 shade(Surface s, vec3 to_eye) {
     vec3 light = s.emission + from_sky(s, to_eye, share);
     if (dot(s.normal, to_sun) > 0.0 && max(sun_light.r, max(sun_light.g, sun_light.b)) > 0.0)
         light += sun_light * sun_share(s.position_m, s.side) * reflect_light(s, to_eye, to_sun, share);
-    for (uint i = 0u; i < light_count.x; ++i) light += from_light(lights[i], s, to_eye, share);
+    for (int i = 0; i < 3 * light_count; i += 3)
+        light += from_light(Light(light_rows[i], light_rows[i + 1], light_rows[i + 2]), s, to_eye, share);
     return clamp(mix(light, vec3(0.0), is_nan(light)), 0.0, MOST_LIGHT);
 }

@@ -23,6 +23,7 @@ from heatlens.render.gpu.textures import FloatArray
 from heatlens.render.scene_gpu.bands import Bands
 from heatlens.render.scene_gpu.mesh_draw import MeshDraw, ShadowPass
 from heatlens.render.scene_gpu.scene_buffers import SceneBuffers
+from heatlens.render.scene_gpu.scene_records import light_uniforms
 from heatlens.render.scene_gpu.sky_light import diffuse_polynomial
 
 
@@ -66,7 +67,7 @@ class SceneRaster:
         self._draws = {
             name: MeshDraw(self._ctx, self._buffers, f"scene_gpu/scene_{name}") for name in names
         }
-        self._daylight = scene.daylight
+        self._daylight, self._lights = scene.daylight, light_uniforms(scene.lights)
         self._sky_light = diffuse_polynomial(scene.daylight)
 
     def place(self, frame: float) -> None:
@@ -84,8 +85,7 @@ class SceneRaster:
         self.buffers.place(transforms)
         self.buffers.reshape(scene.shapes_at(frame))
         lighting = scene.lighting_at(frame)
-        self.buffers.replace_lights(lighting.lights)
-        self._daylight = lighting.daylight
+        self._daylight, self._lights = lighting.daylight, light_uniforms(lighting.lights)
         if max(self._daylight.sun) > 0:
             corners = self.buffers.corners_m(transforms).reshape(-1, 3)
             self._shadow.draw(self._draws["cover"], corners, sun_direction(self._daylight))
@@ -105,6 +105,7 @@ class SceneRaster:
             "sky_light": [tuple(row) for row in self._sky_light],
             "shadow_from_world": columns(self._shadow.from_world),
             "shadow_texel_m": self._shadow.texel_m,
+            **self._lights,
         }
 
     def draw(self, view: SceneView, color: Texture, band: Box | None = None) -> None:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from heatlens.media.scene.scene import Array, Mesh, PointLight, Scene
+from heatlens.media.scene.scene import Array, Mesh, Scene
 from heatlens.media.scene.scene_bounds import transform_corners
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.resources import Buffer
@@ -18,7 +18,6 @@ from heatlens.render.scene_gpu.scene_records import (
     colors_of,
     draw_commands,
     join_meshes,
-    lights_of,
     maps_of,
     materials_of,
     more_uvs_of,
@@ -66,7 +65,6 @@ class SceneBuffers:
         self.instances = ctx.buffer(reserve=len(self.order) * INSTANCE.itemsize)
         self._instance_records = np.zeros(len(self.order), INSTANCE)
         self.materials = ctx.buffer(materials_of(scene.materials).tobytes())
-        self.lights = ctx.buffer(lights_of(scene.lights))
         self.maps = maps_of(ctx, scene.images)
         self.has_holes = any(m.alpha_cutoff > 0 or m.is_blended for m in scene.materials)
 
@@ -88,7 +86,6 @@ class SceneBuffers:
         blocks = {
             "instances_block": self.instances,
             "materials_block": self.materials,
-            "lights_block": self.lights,
         }
         return blocks if self.placements is None else blocks | {"placements_block": self.placements}
 
@@ -97,11 +94,6 @@ class SceneBuffers:
         """The blocks of lib/bvh.lib.glsl for vertices, which only some scenes have."""
         blocks = {"colors_block": self.colors, "more_uvs_block": self.more_uvs}
         return {name: buffer for name, buffer in blocks.items() if buffer is not None}
-
-    def replace_lights(self, lights: tuple[PointLight, ...]) -> None:
-        """Replace the lights with as many others; does nothing if the scene's lights never move."""
-        if self.scene.light_motion is not None:
-            self.lights.write(lights_of(lights))
 
     def place(self, transforms: Array) -> None:
         """Place the instances by (N, 4, 4) object-to-world matrices, in the order of the scene.

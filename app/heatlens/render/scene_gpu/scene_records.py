@@ -9,8 +9,8 @@ from heatlens.media.scene.material import MapPlace, Material
 from heatlens.media.scene.scene import Mesh, PointLight, Scene
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.resources import Sampling, TextureArray
+from heatlens.render.gpu.shader_constants import MOST_LIGHTS
 
-MOST_LIGHTS = 32
 MAPS = 5  # number of maps of a material
 UNLIT, BLENDED = 1, 2  # flags of a material, the same as in lib/scene.lib.glsl
 VERTEX = np.dtype([("position", "f4", 3), ("u", "f4"), ("normal", "f4", 3), ("v", "f4")])
@@ -19,7 +19,6 @@ INSTANCE = np.dtype(  # matrices column by column, as in GLSL
     [("to_world", "f4", (4, 4)), ("to_object", "f4", (4, 4)), ("numbers", "u4", 4)]
 )
 _VEC4 = ("f4", 4)
-LIGHT = np.dtype([("position_inner", *_VEC4), ("intensity_outer", *_VEC4), ("axis", *_VEC4)])
 _SIDE_MOST_PX = 2048  # largest side of a layer
 _BYTES_MOST = 2**29  # memory of all layers together
 MATERIAL = np.dtype(
@@ -133,22 +132,26 @@ def _layer_or_none(number: int | None) -> int:
     return -1 if number is None else number
 
 
-def lights_of(lights: tuple[PointLight, ...]) -> bytes:
-    """Return the block of lights: their number, in 16 bytes, and the brightest MOST_LIGHTS.
+# Of a buffer, Mesa's software driver reads each number once for each pixel: a lamp took longer to
+# read than to compute.
+def light_uniforms(lights: tuple[PointLight, ...]) -> dict[str, object]:
+    """Return the uniforms of the brightest MOST_LIGHTS lights, three vec4 for each.
 
     The last number of each vec4 has the cosines of the inner and outer cone, and the kind: 0 for a
     light without direction, 1 or 2 for a cone, 2 with a smooth edge.
     """
     brightest = sorted(lights, key=lambda light: -max(light.intensity))[:MOST_LIGHTS]
-    records = np.zeros(max(len(brightest), 1), LIGHT)
-    for record, light in zip(records, brightest, strict=False):
+    rows = np.zeros((MOST_LIGHTS, 3, 4), np.float32)
+    for row, light in zip(rows, brightest, strict=False):
         inner, outer = light.cone_cosines
-        record["position_inner"] = (*light.position_m, inner)
-        record["intensity_outer"] = (*light.intensity, outer)
+        row[:2] = (*light.position_m, inner), (*light.intensity, outer)
         if light.direction is not None:
             length = max(float(np.linalg.norm(light.direction)), 1e-12)
-            record["axis"] = (*np.divide(light.direction, length), 1.0 + light.is_smooth)
-    return np.array([len(brightest), 0, 0, 0], np.uint32).tobytes() + records.tobytes()
+            row[2] = (*np.divide(light.direction, length), 1.0 + light.is_smooth)
+    return {
+        "light_count": len(brightest),
+        "light_rows": [tuple(map(float, vec4)) for vec4 in rows.reshape(-1, 4)],
+    }
 
 
 def maps_of(ctx: Device, images: Sequence[npt.NDArray[np.uint8]]) -> TextureArray:
