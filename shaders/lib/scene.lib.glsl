@@ -2,10 +2,10 @@
 // properties of its surfaces.
 //
 //   instances_block   144 bytes for each instance of a mesh; those of one mesh are consecutive
-//   materials_block   80 bytes for each material
 //   placements_block  with PLACEMENTS, how each of the five maps of each material lies on the surface: two vec4 for
 //                     each map. The first one is a matrix by rows. The second one has in xy the offset, in z the set
 //                     of texture coordinates, and in w how the map repeats: wrap of u + 4 * wrap of v.
+//   materials_tx      five texels for each material, MATERIALS_ACROSS of them side by side
 //   maps_tx           all maps, one in a layer
 //
 // The ray tracer reads more (lib/bvh.lib.glsl). The vertex buffer has two vec4 for each vertex: position and u, normal
@@ -33,7 +33,6 @@ struct Material {
 #define BLENDED 2  // alpha is coverage
 
 layout(std430) readonly buffer instances_block { Instance instances[]; };
-layout(std430) readonly buffer materials_block { Material materials[]; };
 
 #ifdef PLACEMENTS
 layout(std430) readonly buffer placements_block { vec4 placements[]; };
@@ -50,6 +49,16 @@ layout(std430) readonly buffer placements_block { vec4 placements[]; };
 #define OCCLUSION 4
 
 uniform sampler2DArray maps_tx;
+uniform sampler2D materials_tx;
+
+Material material_at(uint material) {
+    ivec2 at = ivec2(5u * (material % uint(MATERIALS_ACROSS)), material / uint(MATERIALS_ACROSS));
+    return Material(
+        texelFetch(materials_tx, at, 0), texelFetch(materials_tx, at + ivec2(1, 0), 0),
+        texelFetch(materials_tx, at + ivec2(2, 0), 0), ivec4(texelFetch(materials_tx, at + ivec2(3, 0), 0)),
+        ivec4(texelFetch(materials_tx, at + ivec2(4, 0), 0))
+    );
+}
 
 #define SMALL 1e-20
 #define LEAST_ALONG 1e-6  // squared sine of the angle below which a tangent is parallel to the normal
@@ -114,11 +123,12 @@ vec3 map_color(int layer, vec2 uv) {
 // True if a material has a hole at a point. `opacity` comes from the vertex colors. A partly transparent surface has a
 // hole where its coverage is not above `threshold`, which differs from sample to sample.
 bool is_hole(uint material, Uv uv, float opacity, float threshold) {
-    float cutoff = materials[material].emission_cutoff.a;
-    bool is_blended = (materials[material].more_maps.y & BLENDED) != 0;
+    Material m = material_at(material);
+    float cutoff = m.emission_cutoff.a;
+    bool is_blended = (m.more_maps.y & BLENDED) != 0;
     if (cutoff <= 0.0 && !is_blended) return false;
-    float alpha = materials[material].base_color.a * opacity;
-    alpha *= map_texel(materials[material].maps.x, map_uv(material, BASE_COLOR, uv)).a;
+    float alpha = m.base_color.a * opacity;
+    alpha *= map_texel(m.maps.x, map_uv(material, BASE_COLOR, uv)).a;
     return is_blended ? alpha <= threshold : alpha < cutoff;
 }
 
@@ -151,7 +161,7 @@ vec3 with_bumps(Material m, vec3 normal, vec4 tangent, vec2 at) {
 Surface surface_of(
     uint material, vec3 position_m, vec3 normal, vec4 tangent, Uv uv, vec3 tint, vec3 to_eye
 ) {
-    Material m = materials[material];
+    Material m = material_at(material);
     vec2 rough_at = map_uv(material, ROUGH_METAL, uv), occlusion_at = map_uv(material, OCCLUSION, uv);
     vec3 rough_metal = m.maps.y < 0 ? vec3(1.0) : map_texel(m.maps.y, rough_at).rgb;
     vec3 unit = unit_or(normal, to_eye);

@@ -38,6 +38,7 @@ PART_GRID_SIDE = 9  # positions across and down at which the parts of a lens wit
 PYRAMID_LEVELS_MAX = 15  # no texture is larger than 2^15 on a side
 DISC_RAMP_PX = 0.5  # half the width of the rim of a gathered or scattered disc
 BVH_DEPTH_MOST = 30  # levels of a tree below its root
+MATERIALS_ACROSS = 1024  # materials of a scene side by side in their texture, five texels each
 MOST_LIGHTS = 32  # lights of a scene that shine, three vec4 each: a third of the uniforms of GL 4.3
 
 # Scattering: bins of depth, each with SCATTER_GROWTH times the blur of the next one towards the

@@ -59,10 +59,10 @@ class MeshDraw:
     ) -> None:
         """Draw all instances into the bound framebuffer.
 
-        `textures` are those besides `maps_tx`, the scene's array of maps.
+        `textures` are those besides the scene's own.
         """
         buffers = self._buffers
-        all_textures = {"maps_tx": buffers.maps} | dict(textures or {})
+        all_textures = buffers.textures | dict(textures or {})
         self._program.bind(textures=all_textures, uniforms=uniforms, buffers=buffers.storage)
         self._array.render_indirect(buffers.commands, Primitive.TRIANGLES, buffers.command_count)
 

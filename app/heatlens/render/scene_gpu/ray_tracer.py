@@ -135,7 +135,7 @@ class RayTracer:
         self._program.dispatch(
             (groups_for(out.width, RAY_GROUP), groups_for(rows, RAY_GROUP)),
             textures={
-                "maps_tx": self._raster.buffers.maps,
+                **self._raster.buffers.textures,
                 "shadow_tx": self._raster.shadow_map,
                 **opening,
             },

@@ -11,7 +11,7 @@ import numpy as np
 from heatlens.media.scene.scene import Array, Mesh, Scene
 from heatlens.media.scene.scene_bounds import transform_corners
 from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.resources import Buffer
+from heatlens.render.gpu.resources import Buffer, Image
 from heatlens.render.scene_gpu.closed_meshes import ClosedMeshes
 from heatlens.render.scene_gpu.scene_records import (
     INSTANCE,
@@ -64,7 +64,7 @@ class SceneBuffers:
         self.commands = ctx.buffer(commands.tobytes())
         self.instances = ctx.buffer(reserve=len(self.order) * INSTANCE.itemsize)
         self._instance_records = np.zeros(len(self.order), INSTANCE)
-        self.materials = ctx.buffer(materials_of(scene.materials).tobytes())
+        self.materials = materials_of(ctx, scene.materials)
         self.maps = maps_of(ctx, scene.images)
         self.has_holes = any(m.alpha_cutoff > 0 or m.is_blended for m in scene.materials)
 
@@ -83,11 +83,13 @@ class SceneBuffers:
     @property
     def storage(self) -> dict[str, Buffer]:
         """The blocks of lib/scene.lib.glsl."""
-        blocks = {
-            "instances_block": self.instances,
-            "materials_block": self.materials,
-        }
+        blocks = {"instances_block": self.instances}
         return blocks if self.placements is None else blocks | {"placements_block": self.placements}
+
+    @property
+    def textures(self) -> dict[str, Image]:
+        """The textures of lib/scene.lib.glsl."""
+        return {"maps_tx": self.maps, "materials_tx": self.materials}
 
     @property
     def vertex_storage(self) -> dict[str, Buffer]:
@@ -147,7 +149,8 @@ class SceneBuffers:
             buffer.release()
         for buffer in (self.storage | self.vertex_storage).values():
             buffer.release()
-        self.maps.release()
+        for texture in (self.materials, self.maps):
+            texture.release()
 
 
 def inverses(matrices: Array) -> Array:

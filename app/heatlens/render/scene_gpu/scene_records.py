@@ -8,8 +8,9 @@ import numpy.typing as npt
 from heatlens.media.scene.material import MapPlace, Material
 from heatlens.media.scene.scene import Mesh, PointLight, Scene
 from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.resources import Sampling, TextureArray
-from heatlens.render.gpu.shader_constants import MOST_LIGHTS
+from heatlens.render.gpu.resources import Sampling, Texture, TextureArray
+from heatlens.render.gpu.shader_constants import MATERIALS_ACROSS, MOST_LIGHTS
+from heatlens.render.gpu.textures import new_texture, upload
 
 MAPS = 5  # number of maps of a material
 UNLIT, BLENDED = 1, 2  # flags of a material, the same as in lib/scene.lib.glsl
@@ -21,15 +22,6 @@ INSTANCE = np.dtype(  # matrices column by column, as in GLSL
 _VEC4 = ("f4", 4)
 _SIDE_MOST_PX = 2048  # largest side of a layer
 _BYTES_MOST = 2**29  # memory of all layers together
-MATERIAL = np.dtype(
-    [
-        ("base_color", *_VEC4),
-        ("emission_cutoff", *_VEC4),
-        ("rough_metal", *_VEC4),
-        ("maps", "i4", 4),
-        ("more_maps", "i4", 4),
-    ]
-)
 _COMMAND_WORDS = 5  # count, instances, first index, base vertex, base instance
 _WHITE = np.full((1, 1, 4), 255, np.uint8)  # the only layer if the scene has no maps
 
@@ -109,22 +101,29 @@ def draw_commands(
     return commands
 
 
-def materials_of(materials: tuple[Material, ...]) -> npt.NDArray[np.void]:
-    """Return a MATERIAL record for each material, with -1 for a map that does not exist.
+# Of a buffer, Mesa's software driver reads number by number for each pixel of a draw, and of a
+# texture all four at once.
+def materials_of(ctx: Device, materials: Sequence[Material]) -> Texture:
+    """Return five texels for each material, MATERIALS_ACROSS of them side by side.
 
-    The last number of each vec4 is alpha, the cutoff of alpha, or the strength of occlusion.
+    They are those of `Material` in lib/scene.lib.glsl, with -1 for a map that does not exist.
     """
-    records = np.zeros(len(materials), MATERIAL)
-    for record, material in zip(records, materials, strict=True):
-        record["base_color"] = (*material.base_color, material.base_alpha)
-        record["emission_cutoff"] = (*material.emission, material.alpha_cutoff)
-        roughness_metallic = material.roughness, material.metallic
-        record["rough_metal"] = (*roughness_metallic, material.normal_scale, material.occlusion)
-        maps = (material.base_color_map, material.metallic_roughness_map, material.emission_map)
-        record["maps"] = [_layer_or_none(number) for number in (*maps, material.normal_map)]
+    across = min(len(materials), MATERIALS_ACROSS)
+    down = -(-len(materials) // MATERIALS_ACROSS)
+    texels = np.zeros((down * across, 5, 4), np.float32)
+    for texel, material in zip(texels, materials, strict=False):
         flags = UNLIT * (not material.is_lit) + BLENDED * material.is_blended
-        record["more_maps"][:2] = _layer_or_none(material.occlusion_map), flags
-    return records
+        maps = (material.base_color_map, material.metallic_roughness_map, material.emission_map)
+        texel[:] = (
+            (*material.base_color, material.base_alpha),
+            (*material.emission, material.alpha_cutoff),
+            (material.roughness, material.metallic, material.normal_scale, material.occlusion),
+            [_layer_or_none(number) for number in (*maps, material.normal_map)],
+            (_layer_or_none(material.occlusion_map), flags, 0, 0),
+        )
+    texture = new_texture(ctx, (5 * across, down), 4, label="materials")
+    upload(texture, texels.reshape(down, 5 * across, 4))
+    return texture
 
 
 def _layer_or_none(number: int | None) -> int:
@@ -132,8 +131,7 @@ def _layer_or_none(number: int | None) -> int:
     return -1 if number is None else number
 
 
-# Of a buffer, Mesa's software driver reads each number once for each pixel: a lamp took longer to
-# read than to compute.
+# As for materials: a lamp took longer to read of a buffer than to compute.
 def light_uniforms(lights: tuple[PointLight, ...]) -> dict[str, object]:
     """Return the uniforms of the brightest MOST_LIGHTS lights, three vec4 for each.
 
