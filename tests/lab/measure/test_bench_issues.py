@@ -36,7 +36,7 @@ def test_issue_count_does_not_grow_with_picture_size(ctx):
         assert 0 <= extra_issues < ISSUES_A_LAYER + report.layer_count
         assert report.barriers == report.issues - DRAWN
     assert len({report.layer_count for report in reports}) > 1
-    assert reports[-2].issues == 60  # at 1920x1080
+    assert reports[-2].issues == 64  # at 1920x1080
 
 
 def test_every_dispatch_is_counted_with_a_barrier(ctx):

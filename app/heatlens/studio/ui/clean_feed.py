@@ -7,6 +7,7 @@ from heatlens.studio.ui.devices import GlfwHandle, monitor_of
 import glfw  # isort: skip
 
 from heatlens.core.model.view.view import ViewState
+from heatlens.studio.ui.open_window import wake_window
 from heatlens.studio.ui.picture.grid import Pictures
 from heatlens.studio.ui.picture.picture_alone import PictureAlone
 from heatlens.studio.ui.window_gpu import SecondWindow, WindowGpu
@@ -67,7 +68,7 @@ class CleanFeed:
             glfw.set_window_should_close(window, True)
         elif key == glfw.KEY_F11:
             fill_screen(window, not glfw.get_window_monitor(window), _SIZE)
-        glfw.post_empty_event()
+        wake_window()
 
     def _draw_picture(
         self, window: SecondWindow, pictures: Pictures | None, view: ViewState, has_labels: bool

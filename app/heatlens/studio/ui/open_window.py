@@ -1,5 +1,6 @@
 """Open the GLFW window at its last size, or raise an error with the reason why that fails."""
 
+import threading
 from typing import Any
 
 from heatlens.studio.ui.devices import work_area_of  # imports ImGui before glfw, see `window.py`
@@ -28,9 +29,23 @@ _ICON_SIZES_PX = 16, 32, 64
 glfw.ERROR_REPORTING = "ignore"
 
 
+_is_woken = threading.Event()
+
+
 def wake_window() -> None:
     """Make the loop of the window turn; any thread may call this, also while there is none."""
+    _is_woken.set()
     glfw.post_empty_event()
+
+
+def take_wake() -> bool:
+    """Return True if the window was woken since the last call.
+
+    GLFW does not tell, and forgets it with the next events that it handles.
+    """
+    is_woken = _is_woken.is_set()
+    _is_woken.clear()
+    return is_woken
 
 
 def open_window(preferences: PreferenceValues) -> WindowGpu:

@@ -38,7 +38,7 @@ from heatlens.studio.ui.devices import GlfwInput
 from heatlens.studio.ui.frame_pace import FramePace
 from heatlens.studio.ui.input_queue import InputQueue
 from heatlens.studio.ui.layout import restore_layout
-from heatlens.studio.ui.open_window import open_window, wake_window
+from heatlens.studio.ui.open_window import open_window, take_wake, wake_window
 from heatlens.studio.ui.screen import Screen
 from heatlens.studio.ui.status_bar import export_title
 from heatlens.studio.ui.window_gpu import WindowGpu, imgui_drawing
@@ -125,6 +125,8 @@ class Loop:
                 self._draw_frame()
             is_handing_out = self._input.has_waiting
             glfw.poll_events()  # the input that came while the frame was drawn
+            if take_wake():  # a thread with results, which the frame did not see
+                self._turn.draw_soon()
             # Also between frames, so that a moving pointer cannot prevent rendering.
             if not is_handing_out:
                 self._turn.work(is_input_newer=self._input.has_waiting)
@@ -164,6 +166,7 @@ class Loop:
             glfw.wait_events()
         else:
             glfw.wait_events_timeout(wait_s)
+        take_wake()
         self._turn.draw_soon()  # a thread with results also wakes the loop
 
     def _save_preferences(self) -> None:
