@@ -30,6 +30,7 @@ def text_pairs(p: Palette) -> dict:
         "words of a field": (p.style[_Col.text], p.style[_Col.frame_bg]),
         "words of a button": (p.style[_Col.text], p.style[_Col.button]),
         "words of a menu": (p.style[_Col.text], p.style[_Col.popup_bg]),
+        "a link to the manual": (p.style[_Col.text_link], p.style[_Col.child_bg]),
         "words of the menu bar": (p.style[_Col.text], p.style[_Col.menu_bar_bg]),
         "words of a chosen row": (p.style[_Col.text], p.style[_Col.header_active]),
         "words of a sought label": (p.trial, window),
