@@ -130,3 +130,13 @@ def test_focus_key_is_refused_during_live_focus_and_pull_replaces_it():
         shot.with_key(10, LensParameter.FOCUS_DISTANCE, 5.0)
     assert shot.with_key(10, LensParameter.F_STOP, 4).curves.live == shot.curves.live
     assert pull(shot, 2, 4, 10, 5).curves.live is None
+
+
+def test_live_focus_at_distance_of_lens_wins_over_keys():
+    live = live_shot([LENS.focus_distance_m] * 3)
+    keyed = pull(Shot(LENS), 5, 9, 10, 2)
+    both = replace(
+        live, curves=replace(live.curves, focus_distance_m=keyed.curves.focus_distance_m)
+    )
+    for frame in (10, 11, 12):
+        assert both.lens_at(frame).focus_distance_m == both.focus_distance_at(frame)

@@ -178,8 +178,8 @@ class Shot:
         """
         curves = {str(p): c for p in LensParameter if (c := self.curves.of(p)).keys}
         values: Values = {name: curve.value_at(frame) for name, curve in curves.items()}
-        if (focus_distance_m := self.focus_distance_at(frame)) != self.lens.focus_distance_m:
-            values[LensParameter.FOCUS_DISTANCE.value] = focus_distance_m
+        if self.curves.live is not None and self.curves.live.measured:
+            values[LensParameter.FOCUS_DISTANCE.value] = self.focus_distance_at(frame)
         if not values:
             return self.lens
         try:
