@@ -11,7 +11,7 @@ import pytest
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.view.view_geometry import Viewport
-from heatlens.deliver.farm import connection, frame_cluster
+from heatlens.deliver.farm import connection, frame_cluster, render_workers
 from heatlens.deliver.farm.connection import identify_scheduler_safely
 from heatlens.deliver.farm.export_place import ExportPlace, Where
 from heatlens.deliver.farm.frame_worker import _render_frame
@@ -126,13 +126,13 @@ def test_changed_lens_recalls_running_frames_and_stores_none_of_them(
     pull, stored = session.time.frames_ahead, []
     monkeypatch.setattr(pull.store, "put", lambda key, _: stored.append((key, pull.progress.keys)))
     wait_for_worker(session)
-    sent, request_frames = [], pull.cluster._cluster.request_frames
+    sent, request_frames = [], pull.cluster._cluster.frames.request_frames
 
     def record_and_request(wishes):
         sent.append([*wishes])
         return request_frames(sent[-1])
 
-    monkeypatch.setattr(pull.cluster._cluster, "request_frames", record_and_request)
+    monkeypatch.setattr(pull.cluster._cluster.frames, "request_frames", record_and_request)
     for step in range(12):
         session.lens.commands.step_f_stop(1 if step % 2 else -1)
         session.lens.commands.focus(1.5 + step / 10)
@@ -271,7 +271,7 @@ def test_worker_that_dies_with_its_answer_is_not_waited_for(
     begin, local_begin, tmp_path, monkeypatch
 ):
     """The scheduler would wait for it for ever; the frames are rendered here."""
-    choose = frame_cluster._SchedulerConnection._choose_workers
+    learn = render_workers.RenderWorkers._learn_programs
 
     def worker_dies_first(service):
         if "worker 0" in local_begin._running and any(
@@ -279,10 +279,10 @@ def test_worker_that_dies_with_its_answer_is_not_waited_for(
         ):
             local_begin.kill("worker 0")
             wait_for(lambda: "Lost all workers" in local_begin.said("scheduler"))
-        choose(service)
+        learn(service)
 
     monkeypatch.setattr(connection, "PATIENCE_S", 1)
-    monkeypatch.setattr(frame_cluster._SchedulerConnection, "_choose_workers", worker_dies_first)
+    monkeypatch.setattr(render_workers.RenderWorkers, "_learn_programs", worker_dies_first)
     session = begin(sequence_files(tmp_path, FIRST, LAST), local_begin.address)
     run_until(
         session, lambda: "No worker" in session.time.frames_ahead.cluster.status_text, "the loss"
@@ -364,10 +364,12 @@ def test_focus_change_recalls_whole_picture_from_worker(begin, cluster, tmp_path
         session.lens.commands.focus(1.3 + step)
         session.editing.settle()
         run_loop_once(session)
-        assert not cluster_frames.open_requests() and not live.remote.is_waiting  # the hand moves
+        assert (
+            not cluster_frames.frames.open_requests() and not live.remote.is_waiting
+        )  # the hand moves
         assert live.output.shot == session.facts.shot and not live.output.is_whole
         run_until(session, lambda: live.remote.is_waiting, "rest")
-        assert [it.is_kept for it in cluster_frames.open_requests()] == [False]
+        assert [it.is_kept for it in cluster_frames.frames.open_requests()] == [False]
         assert not live.has_work()  # the loop may sleep
     os.kill(worker, signal.SIGCONT)
     run_until_settled(session)

@@ -9,12 +9,9 @@ from itertools import islice
 from heatlens.core.base.messages import Problem, passing_message
 from heatlens.core.model.shot.shot import Shot
 from heatlens.deliver.farm.export_place import ExportPlace, Where
-from heatlens.deliver.farm.frame_cluster import (
-    ON_THIS_MACHINE,
-    FrameCluster,
-    FrameRequest,
-    FrameResult,
-)
+from heatlens.deliver.farm.frame_cluster import FrameCluster
+from heatlens.deliver.farm.frame_queue import FrameRequest, FrameResult
+from heatlens.deliver.farm.render_workers import ON_THIS_MACHINE
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.resources import Texture
@@ -48,7 +45,7 @@ class ClusterFrames(Commands):
     @property
     def has_workers(self) -> bool:
         """True while there are workers that render for the window."""
-        return self._cluster is not None and bool(self._cluster.workers)
+        return self._cluster is not None and bool(self._cluster.status.workers)
 
     @property
     def _export_place(self) -> ExportPlace:
@@ -59,11 +56,11 @@ class ClusterFrames(Commands):
         """How many workers render for the window, or why none does; "" without a cluster."""
         if self._cluster is None:
             return ""
-        count = len(self._cluster.workers)
+        count = len(self._cluster.status.workers)
         worker_words = (
             f"{count} worker{'s' if count > 1 else ''} ready" if count else "connecting ..."
         )
-        return self._cluster.problem or worker_words
+        return self._cluster.status.problem or worker_words
 
     @property
     def awaits_consent(self) -> bool:
@@ -96,8 +93,10 @@ class ClusterFrames(Commands):
         if address and self._cluster is None:
             agreed_scheduler = self._preferences.values.cluster
             self._cluster = FrameCluster(address, self._jobs.driver, self._wake, agreed_scheduler)
-        self._jobs.program = self._cluster.program if self._cluster and export_place.ahead else ()
-        self._say_once("" if self._cluster is None else self._cluster.problem)
+        self._jobs.program = (
+            self._cluster.status.program if self._cluster and export_place.ahead else ()
+        )
+        self._say_once("" if self._cluster is None else self._cluster.status.problem)
 
     def _say_once(self, problem: str) -> None:
         """Show a problem when it begins, for as long as it lasts."""
@@ -110,7 +109,7 @@ class ClusterFrames(Commands):
         """Store arrived frames with one of these keys, and yield their keys; drop all others."""
         if self._cluster is None or not self._store.can_take_picture:
             return
-        for answer in self._cluster.collect_results():
+        for answer in self._cluster.frames.collect_results():
             if answer.picture is not None and answer.key in keys:
                 self._store.put(answer.key, answer.picture)
                 yield answer.key
@@ -123,7 +122,7 @@ class ClusterFrames(Commands):
         if self._cluster is not None and not self.has_requested(request):
             self._sent_request = request
             wishes = (_wish_for(job) for job in jobs if job.key not in self._failed_keys)
-            self._cluster.request_frames(islice(wishes, _MAX_REQUESTED))
+            self._cluster.frames.request_frames(islice(wishes, _MAX_REQUESTED))
 
     def has_requested(self, request: FramesRequest | None) -> bool:
         """Return True if there is nothing more to request."""
@@ -135,7 +134,7 @@ class ClusterFrames(Commands):
         """Cancel all requested frames but those with these keys."""
         if self._cluster is not None:
             self._sent_request = None
-            self._cluster.keep_requests(keys)
+            self._cluster.frames.keep_requests(keys)
 
     # The whole picture at rest
 
@@ -146,7 +145,7 @@ class ClusterFrames(Commands):
         make_job = self._jobs.whole_picture_job(shot, frame)
         if make_job is not None:
             self._whole_count += 1
-            self._cluster.request_urgent(
+            self._cluster.frames.request_urgent(
                 FrameRequest(f"whole {self._whole_count}", make_job, is_kept=False)
             )
         return make_job is not None
@@ -159,12 +158,12 @@ class ClusterFrames(Commands):
     @property
     def whole(self) -> FrameResult | None:
         """The whole picture, or why no worker could render it; None until it arrives."""
-        return None if self._cluster is None else self._cluster.urgent_result
+        return None if self._cluster is None else self._cluster.frames.urgent_result
 
     def cancel_whole(self) -> None:
         """Cancel the request for the whole picture, if there is a cluster."""
         if self._cluster is not None:
-            self._cluster.request_urgent(None)
+            self._cluster.frames.request_urgent(None)
 
     def forget_failures(self) -> None:
         """Forget which frames no worker could render."""
