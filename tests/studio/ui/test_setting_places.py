@@ -11,7 +11,7 @@ from heatlens.core.model.view.guides import Guides
 from heatlens.core.model.view.view import Compare
 from heatlens.render.gpu.device import Device
 from heatlens.studio.ui import widgets
-from heatlens.studio.ui.palette import matches
+from heatlens.studio.ui.palette import found, matches
 from heatlens.studio.ui.setting_places import SETTINGS
 from support.gui import Gui, gui_of
 from support.session_files import QUICK, room_file, write_scene
@@ -77,6 +77,21 @@ def test_palette_finds_something_for_usual_search_words(gui):
     all_entries = [*gui.screen.commands, *gui.screen.settings()]
     for words in SEARCH_WORDS:
         assert [action.name for action in all_entries if matches(action, words)], words
+
+
+def test_palette_begins_with_what_the_words_mean_first(gui):
+    all_entries = [*gui.screen.commands, *gui.screen.settings()]
+    for words, first in {
+        "matte": "flat depth",
+        "aperture": "f-stop",
+        "rack focus": "Pull focus...",
+        "plan": "Plan",
+        "letterbox": "Frame mask 2.39",
+        "bokeh": "bokeh",
+    }.items():
+        commands = found(all_entries, words)
+        assert commands[0].name == first
+        assert set(commands) == {command for command in all_entries if matches(command, words)}
 
 
 def test_found_setting_is_shown_and_highlighted_until_the_next_click(gui):

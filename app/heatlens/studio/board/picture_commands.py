@@ -104,7 +104,7 @@ def _guides(session: Session) -> Iterator[Command]:
                     is_on=partial(lambda aspect: seen.state.guides.aspect == aspect, aspect),
                     sheet="Guides",
                 ),
-                synonyms=("matte", "letterbox"),
+                synonyms=("letterbox", "matte"),
             )
             for name, aspect in MATTES.items()
         ),

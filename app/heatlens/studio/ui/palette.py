@@ -21,6 +21,27 @@ def matches(command: Command, words: str) -> bool:
     return all(word in text for word in words.lower().split())
 
 
+def found(commands: Sequence[Command], words: str) -> list[Command]:
+    """Return the commands that match, those first to whose names the words are nearest."""
+    matching = (command for command in commands if matches(command, words))
+    return sorted(matching, key=lambda command: distance(command, words))
+
+
+def distance(command: Command, words: str) -> int:
+    """Return how far matching words are from the name of a command.
+
+    -1 is its whole name, 0 a part of it, n its n-th synonym, and the last its menu.
+    """
+    if words.strip().lower() == command.name.lower():
+        return -1
+    names = [name.lower() for name in (command.name, *command.synonyms)]
+    places = (
+        next((place for place, name in enumerate(names) if word in name), len(names))
+        for word in words.lower().split()
+    )
+    return max(places, default=0)
+
+
 class Palette:
     """A popup with a text field and the list of commands that match it."""
 
@@ -68,7 +89,7 @@ class Palette:
         has_changed, self._text = imgui.input_text_with_hint(
             "##words", "a command, a setting or a question", self._text
         )
-        matching = [command for command in commands if matches(command, self._text)]
+        matching = found(commands, self._text)
         if (
             imgui.is_item_deactivated() and not matching
         ):  # Enter without a match: edit the text again
@@ -122,6 +143,10 @@ class Palette:
         texts.disabled_tip(why_not)
         if is_selected and self._has_moved:
             imgui.set_scroll_here_y()
+        place = distance(command, self._text)
+        if 0 < place <= len(command.synonyms):  # why it is in the list
+            imgui.same_line(imgui.calc_text_size(command.name).x + 2 * imgui.get_font_size())
+            imgui.text_disabled(command.synonyms[place - 1])
         right_text = f"{command.menu}   {texts.named_keys(command.key)}"
         imgui.same_line(imgui.get_window_width() - imgui.calc_text_size(right_text).x - 24)
         imgui.text_disabled(right_text)

@@ -72,12 +72,24 @@ _FORMER_NAMES = {
 }
 _SYNONYMS = {
     **dict.fromkeys(("never blur", "only blur", "flat depth"), ("matte", "Cryptomatte", "mask")),
-    "frame mask": ("matte", "letterbox"),
+    "frame mask": ("letterbox", "matte"),
     "focus peaking": ("edges in focus",),
+    "f-stop": ("aperture", "iris"),
+    "T-stop": ("aperture",),
+    "focal length": ("zoom",),
+    "squeeze": ("anamorphic",),
+    "tilt": ("swing", "Scheimpflug"),
     "blades": ("bokeh", "iris"),
+    "cat's eye": ("vignetting",),
+    "axial colour": ("fringes", "chromatic aberration"),
     "sensor width": ("film back", "gate"),
+    "the view breathes": ("breathing",),
     "neighbours": ("clean plate", "hidden surfaces"),
     "sharp up to": ("DoF", "circle of confusion"),
+    "remove fireflies": ("bright grains",),
+    "channel": ("AOV", "pass"),
+    "display": ("LUT", "OCIO"),
+    "view": ("LUT", "tone mapping"),
 }
 
 
@@ -90,7 +102,7 @@ def setting_places(board: Board, control: TimeControl, ui: UiState) -> tuple[Com
             partial(_open_panel, ui, panel, words),
             menu=f"{panel} tab",
             barred=partial(_why_not, board, control, panel, words),
-            synonyms=(*_FORMER_NAMES.get(panel, ()), *_SYNONYMS.get(words, ())),
+            synonyms=(*_SYNONYMS.get(words, ()), *_FORMER_NAMES.get(panel, ())),
         )
         for panel, words in (*places, *((panel, name) for name, panel in FORMER_PANELS.items()))
     )

@@ -60,7 +60,7 @@ def _file(ui: UiState) -> Iterator[Command]:
     yield from in_group(
         *("File", "imports"),
         dialog("Import camera...", "camera"),
-        dialog("Import grade...", "grade"),
+        replace(dialog("Import grade...", "grade"), synonyms=("LUT", "CDL")),
         dialog("Import framing lines...", "framing"),
     )
     yield from in_group("File", "share", Command("Share with a tablet...", ui.sharing.share))
@@ -86,7 +86,7 @@ def _boxes(ui: UiState) -> Iterator[Command]:
         "Play", "reel", Command("Save reel...", partial(save_reel, ui), before="Leave the reel")
     )
     pull = Command("Pull focus...", ui.open_pull, "Shift+M", before="Reverse the pull")
-    yield from in_group("Animate", "marks", pull)
+    yield from in_group("Animate", "marks", replace(pull, synonyms=("rack focus",)))
 
 
 def _interface(ui: UiState) -> Iterator[Command]:
