@@ -5,10 +5,11 @@
 //   color_tx   the plate, scene-linear rgb, premultiplied, and alpha
 //   depth_tx   r depth of the plate in meters, or its signed coc (circle of confusion) in pixels if is_coc
 //   mean_tx    the plain mean of the plate, at the size of the preview
+//   diffused_tx  rgb the same times diffused_scale, without the highlights that the preview draws as discs
 //   range_tx   rg the least and the greatest depth under each pixel of the preview (depth_range.comp.glsl)
 // Output
-//   out_img    rgb mean of the pixels in focus, the plain mean where all or none are in focus; a the greatest share of
-//              the detail at a pixel
+//   out_img    rgb mean of the pixels in focus, the plain mean where all or none are in focus, both without these
+//              highlights; a the greatest share of the detail at a pixel
 
 #include "lib/footprint.lib.glsl"  // Footprint, footprint_of, center_of, share_in
 #include "lib/focus_share.lib.glsl"  // signed_px, focus_share, share_of
@@ -18,6 +19,8 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 uniform sampler2D color_tx;
 uniform sampler2D depth_tx;
 uniform sampler2D mean_tx;
+uniform sampler2D diffused_tx;
+uniform float diffused_scale;
 uniform sampler2D range_tx;
 layout(rgba32f) uniform writeonly image2D out_img;
 
@@ -40,6 +43,13 @@ vec4 sum_in_focus(Footprint footprint, bool is_needed) {
     return sum;
 }
 
+// Share of the plate's light that the preview diffuses at a pixel. Drawn as a disc, a lamp has no pixel of the preview's
+// size: were it taken from the preview with the rest of the coarse plate, its pixel would stand as a square around it.
+vec3 diffused_share(ivec2 at) {
+    vec3 mean = texelFetch(mean_tx, at, 0).rgb, diffused = texelFetch(diffused_tx, at, 0).rgb / diffused_scale;
+    return mix(vec3(1.0), clamp(diffused / max(mean, vec3(1e-20)), 0.0, 1.0), greaterThan(mean, vec3(0.0)));
+}
+
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_img);
     if (any(greaterThanEqual(at, size))) return;
@@ -54,5 +64,5 @@ void main() {
     // The focus may lie between the depths without a pixel there.
     bool has_sum = is_mixed && sum.a > 0.0;
     vec3 mean = has_sum ? sum.rgb / sum.a : texelFetch(mean_tx, at, 0).rgb;
-    imageStore(out_img, at, vec4(mean, is_mixed && !has_sum ? 0.0 : most_share));
+    imageStore(out_img, at, vec4(mean * diffused_share(at), is_mixed && !has_sum ? 0.0 : most_share));
 }

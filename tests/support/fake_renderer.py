@@ -54,6 +54,10 @@ class FakeRenderer:
         """Return the optics of a lens that blurs nothing."""
         return optics_of_widest(0.0)
 
+    def light_without_highlights(self, slot: int) -> None:
+        """Return None: no picture has highlights."""
+        return None
+
     def steps(self, shot: Shot, frame: int, slot: int, enlarges: bool = False) -> Iterator[None]:
         """Render a picture in `STEPS` steps; the generator returns the texture at its end."""
         for _ in range(STEPS):

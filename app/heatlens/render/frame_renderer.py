@@ -212,6 +212,14 @@ class FrameRenderer:
             self._render_with_breathing(shot, frame, self._pipeline(slot), enlarges)
         )
 
+    def light_without_highlights(self, slot: int = 0) -> Texture | None:
+        """Return the light that the latest picture of a slot was diffused from, at proxy size.
+
+        It is that of the pinhole picture times its `light_scale`, without what was drawn as discs.
+        None if the picture had no highlights to look for.
+        """
+        return self._pipeline(slot).scratch.kept_texture("rest")
+
     def upload_steps(self, pixels: FloatArray, slot: int) -> Steps[Texture]:
         """Take a picture that another machine has rendered into a slot, in short steps."""
         height, width = pixels.shape[:2]

@@ -60,6 +60,9 @@ class Machine:
         poles = len(kernel_for(settings).poles) * kernel_for(settings).steps
         return self.full_seconds * share * layers_for(settings) * (1 + poles) / 3
 
+    def light_without_highlights(self, slot: int) -> None:
+        return None
+
     def steps(self, shot: Shot, frame: int, slot: int, enlarges: bool = False) -> Iterator[str]:
         for _ in range(STEPS):
             self.clock_s += self.seconds(shot.defocus) / STEPS

@@ -79,6 +79,9 @@ class Machine:
     def optics(self, shot: Shot, frame: int) -> SimpleNamespace:
         return optics_of_widest(0.0)
 
+    def light_without_highlights(self, slot: int) -> None:
+        return None
+
     def steps(self, shot: Shot, frame: int, slot: int, enlarges: bool = False) -> Iterator[str]:
         size = proxy_size(SIZE, shot.defocus.proxy)
         share = size[0] * size[1] / (SIZE[0] * SIZE[1])

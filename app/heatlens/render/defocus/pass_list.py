@@ -234,7 +234,7 @@ PASSES: tuple[Pass, ...] = (
         pass_costs.highlights_drawn_bytes,
         _own_memory("enlarged out"),
         reads_last=(
-            *("alpha plate", "rest", "rest fragments", "around", "highlight plan"),
+            *("alpha plate", "rest fragments", "around", "highlight plan"),
             *(
                 "far sum",
                 "far zone",

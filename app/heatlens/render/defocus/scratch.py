@@ -105,6 +105,11 @@ class Scratch:
         memory = self._lifetimes[name].memory
         return self._lend_memory(name, memory, self._pool.buffer(memory, size_bytes))
 
+    def kept_texture(self, name: str) -> Texture | None:
+        """Return a texture of the latest picture that lives until the next; None if it has none."""
+        texture = self._owned.get(self._lifetimes[name].memory, (name, None))[1]
+        return texture if isinstance(texture, Texture) else None
+
     def parts(self, name: str, count: int, least_bytes: int) -> BufferParts:
         """Return the storage buffer called `name` as `count` parts of at least `least_bytes`."""
         part_bytes = BufferParts.bytes_for(least_bytes)

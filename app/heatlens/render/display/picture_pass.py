@@ -155,12 +155,16 @@ class DepthRangePass:
 class CoarsePlate:
     """A plate at the size of a preview, whatever is in focus.
 
-    mean   its light, premultiplied
-    range  red and green: the least and the greatest depth under each pixel
+    mean      its light, premultiplied
+    range     red and green: the least and the greatest depth under each pixel
+    diffused  the same light times `scale`, without the highlights that the preview draws as discs;
+              None if it draws none
     """
 
     mean: Texture
     range: Texture
+    diffused: Texture | None = None
+    scale: float = 1.0
 
 
 class FocusMeanPass:
@@ -179,6 +183,8 @@ class FocusMeanPass:
     ) -> None:
         """Write the mean of the focused part of `color` to `out`, and to its alpha the share.
 
+        The mean is without the highlights that the preview draws as discs.
+
         `depth` holds meters, or signed coc in pixels if `line` is None. `coarse` is of the same
         plate, and has the size of `out`.
         """
@@ -188,10 +194,12 @@ class FocusMeanPass:
                 "color_tx": color,
                 "depth_tx": depth,
                 "mean_tx": coarse.mean,
+                "diffused_tx": coarse.diffused or coarse.mean,
                 "range_tx": coarse.range,
             },
             images={"out_img": out},
-            uniforms=focus_uniforms(line, depth.width / out.width),
+            uniforms=focus_uniforms(line, depth.width / out.width)
+            | {"diffused_scale": coarse.scale if coarse.diffused is not None else 1.0},
         )
 
 

@@ -191,8 +191,8 @@ class ScreenPictures:
         transform = self._screen_transform(view)
         focused = self._pool.texture("coarse plate in focus", size, 4)
         target = self._coarse
-        if target.needs_update(shown.texture.size, (plate, size, transform, line)):
-            coarse = self._reduced_with_range(plate, size)
+        if target.needs_update(shown.texture.size, (plate, shown, transform, line)):
+            coarse = self._reduced_with_range(plate, size, shown.diffused)
             self._focus_mean.run(plate.color, plate.depth, line, coarse, focused)
             light = focused
             if shown.texture.size != size:
@@ -204,14 +204,20 @@ class ScreenPictures:
         assert target.texture is not None
         return focused, target.texture
 
-    def _reduced_with_range(self, plate: Pinhole, size: tuple[int, int]) -> CoarsePlate:
+    def _reduced_with_range(
+        self, plate: Pinhole, size: tuple[int, int], diffused: Texture | None
+    ) -> CoarsePlate:
         """Return the plate at the size of a preview; it is kept while both are the same."""
         depth_range = self._pool.texture("depths under a pixel", size, 4)
         if self._coarse_plate_key != (plate, size):
             self._reduce_plate("coarse plate", plate, size)
             self._depth_range.run(plate.depth, depth_range)
             self._coarse_plate_key = plate, size
-        return CoarsePlate(self._pool.texture("coarse plate", size, 4), depth_range)
+        mean = self._pool.texture("coarse plate", size, 4)
+        is_same_light = diffused is not None and diffused.size == size and plate.cutout is None
+        return CoarsePlate(
+            mean, depth_range, diffused if is_same_light else None, plate.light_scale
+        )
 
     def _reduce_plate(self, name: str, plate: Pinhole, size: tuple[int, int]) -> Texture:
         """Return the plate at a smaller size, in the texture called `name`."""

@@ -42,6 +42,8 @@ class ShownPicture:
     settings  the settings used for rendering: cheaper ones while something moves
     seconds   render time
     plate     the number of the plate that it was made of
+    diffused  the light of the plate without highlights, see `light_without_highlights` of
+              `FrameRenderer`
     """
 
     texture: Texture
@@ -50,6 +52,7 @@ class ShownPicture:
     settings: DefocusSettings
     seconds: float
     plate: int = 0
+    diffused: Texture | None = None
 
     @property
     def picture_key(self) -> PictureKey:

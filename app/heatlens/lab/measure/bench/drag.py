@@ -85,7 +85,8 @@ class DragView:
         depth_range = self._pool.texture("depths under a pixel", mean.size, 4)
         self._depth_range.run(loaded.depth, depth_range)
         focused = light = self._pool.texture("focused", mean.size, 4)
-        coarse = CoarsePlate(mean, depth_range)
+        diffused = self.renderer.light_without_highlights()
+        coarse = CoarsePlate(mean, depth_range, diffused, loaded.light_scale)
         self._focus_mean.run(loaded.color, loaded.depth, line, coarse, focused)
         if shown_size != focused.size:
             light = self._pool.texture("enlarged", shown_size, 4)

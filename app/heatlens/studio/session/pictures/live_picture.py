@@ -395,8 +395,9 @@ class LivePicture:
                 self.cost.learn(rendered, self._pixel_count(rendered), work.seconds, has_built)
             is_latest = _key_without_notes(work.key) == _key_without_notes(self._request)
             key = self._request if is_latest else work.key
+            diffused = self._renderer.light_without_highlights(work.slot)
             self.output = ShownPicture(
-                end.value, key.shot, key.frame, work.settings, work.seconds, key.plate
+                *(end.value, key.shot, key.frame, work.settings, work.seconds, key.plate, diffused)
             )
             self._slots, self._work = self._slots[::-1], None
             self._refused_at.pop(work.settings, None)
