@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.core.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark
+from heatlens.core.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark, WorldMark
 from heatlens.core.model.shot.pull import pull
-from support.gui import Gui
+from support.cards import FOCAL_PX
+from support.cards import POST as CARD
+from support.dolly_plates import STEP_M, write_dolly
+from support.gui import Gui, gui_of
 from support.sequences import FIRST, LAST, relative_distance
-from support.session_files import BALL, BALL_M, POST, POST_M
+from support.session_files import BALL, BALL_M, POST, POST_M, QUICK
 from support.timeline_window import reset_window, type_into
 
 K = imgui.Key
@@ -175,6 +178,25 @@ def test_pull_box_shift_enter_goes_to_the_end_for_the_next_pull(gui):
     assert [key.frame for key in keys] == [FIRST, FIRST + 2, FIRST + 4]
     assert gui.session.facts.frame == FIRST + 2
     assert keys[2].value == pytest.approx(BALL_M * relative_distance(FIRST + 4))
+
+
+def test_mark_on_a_place_is_drawn_where_the_camera_sees_it_and_its_flag_tells_so(ctx, tmp_path):
+    with gui_of(ctx, write_dolly(tmp_path), defocus=QUICK) as gui:
+        clicked = 36, 24
+        ctrl_shift_click(gui, clicked)
+        assert isinstance(marks(gui)[0], WorldMark)
+        for frame in (1, 3):  # the camera has moved to the right by two steps, and the post so left
+            gui.session.time.timeline.go_to(frame)
+            gui.until(lambda it=frame: gui.session.source.is_settled_at(it), "it")
+            gui.frame(3)
+            shift_px = FOCAL_PX * STEP_M * (frame - 1) / CARD.z
+            expected = gui.at_picture(clicked[0] + 0.5 - shift_px, clicked[1] + 0.5)
+            assert gui.rect("point A")[:2] == pytest.approx(expected, abs=0.5)
+        gui.move(gui.middle("A on the bar"))
+        gui.frame(2)
+        x0, _, x1, _ = gui.rect("distance at the pointer")
+        assert x1 - x0 == pytest.approx(imgui.calc_text_size("A, the place: 2 m").x)
+        assert "place of the mark" in gui.drawn  # the loupe
 
 
 def test_shift_m_without_a_mark_only_reports(gui):

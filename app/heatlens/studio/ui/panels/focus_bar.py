@@ -12,6 +12,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.focus.coc import far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.core.model.lens.lens import Lens, measured_text
+from heatlens.core.model.marks.marks import MarkAnchor
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.coc_line import focused_at, nudge_lens
 from heatlens.studio.board.facts import Facts
@@ -70,6 +71,7 @@ class _Bar:
     ) -> None:
         self.lens, self._unit, self._histogram = facts.lens, facts.unit, histogram
         self._marks, self._keyed_m = facts.marks_m, facts.keyed_focus_m
+        self._anchors = {mark.name: MarkAnchor.of(mark) for mark in facts.shot.marks}
         self._corner, self._size = corner, size
         self._em = imgui.get_font_size()
         self._draw = imgui.get_window_draw_list()
@@ -243,7 +245,12 @@ class _Bar:
         rects.note_at("distance at the pointer", (x0, y, x0 + width, y + em))
 
     def _pointer_words(self, x: float) -> str:
-        """Return the distance at a screen position in full, with the name of the tick near it."""
+        """Return the distance at a screen position in full, with the name of what is there."""
+        name, mark_m = self.flag_under_pointer()
+        if name is not None:
+            anchor = self._anchors.get(name)
+            held = "" if anchor is None else f", the {anchor}"
+            return f"{printable(name)}{held}: {measured_text(self.lens, mark_m, self._unit)}"
         hyper_m, reach = hyperfocal_m(self.lens), _POINTER_REACH_EM * self._em
         if abs(x - self._x_at(hyper_m)) < reach:
             return f"hyperfocal {measured_text(self.lens, hyper_m, self._unit)}"

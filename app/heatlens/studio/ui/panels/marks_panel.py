@@ -11,13 +11,14 @@ from heatlens.core.base.outside_text import printable
 from heatlens.core.model.focus.live_focus import Follow
 from heatlens.core.model.lens.lens import measured_text, parse_measured_m
 from heatlens.core.model.marks.mark import Mark, MarkDistance
-from heatlens.core.model.marks.marks import PointMark
+from heatlens.core.model.marks.marks import PointMark, WorldMark
 from heatlens.core.model.marks.track_mark import TrackedPoint, TrackMark
 from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import PullShape
 from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view_geometry import Point
+from heatlens.media.plate.mark_distance import world_point
 from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.ui import rects, texts, theme, topmost, widgets
@@ -224,7 +225,7 @@ def _pull_button(words: str, name: str, has_shift: bool, tip: str = "") -> bool:
 
 
 def draw_point_marks(facts: Facts, view: PictureView) -> None:
-    """Draw the point marks as rings with names on the picture, in the current window."""
+    """Draw the marks that have a point as rings with names, in the window of the picture."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     for mark, point in _placed_marks(facts):
         x, y = _window_point(facts, view, point)
@@ -248,7 +249,11 @@ def mark_in_window(facts: Facts, view: PictureView, name: str) -> Point | None:
 def _placed_marks(facts: Facts) -> Iterator[tuple[Mark, PointMark | TrackedPoint]]:
     """Yield the marks that have a point in the picture at this frame, with that point."""
     for mark in facts.shot.marks:
-        point = mark.point_at(facts.frame) if isinstance(mark, TrackMark) else mark
+        point: Mark | TrackedPoint | None = mark
+        if isinstance(mark, TrackMark):
+            point = mark.point_at(facts.frame)
+        elif isinstance(mark, WorldMark) and facts.plate is not None:
+            point = world_point(facts.plate, mark, facts.lens)
         if isinstance(point, PointMark | TrackedPoint):
             yield mark, point
 
