@@ -95,10 +95,11 @@ def format_distance(distance_m: float, unit: str = "m") -> str:
 
 
 def label_distance(distance_m: float, unit: str = "m") -> str:
-    """Format a distance to be read at a glance: "12 cm", "0.99 m", "3.76 m", "52 m", 6'3".
+    """Format a distance to be read at a glance: "12 cm", "0.99 m", "3.70 m", "52 m", 6'3".
 
-    Two significant digits, three from 1 to 10 m; whole inches from a foot on. Fields and files have
-    all that `format_distance` tells.
+    Two significant digits, three from 1 to 10 m; whole inches from a foot on. Zeros at the end
+    stay, so that a figure keeps its width while a hand turns it. Fields and files have all that
+    `format_distance` tells.
     """
     size_m = abs(distance_m)
     if not 0 < size_m < math.inf or (unit == "ft" and size_m < FOOT_M):
@@ -107,13 +108,15 @@ def label_distance(distance_m: float, unit: str = "m") -> str:
     if unit == "ft":
         return f"{sign}{_feet_text(round(size_m / INCH_M) * INCH_M)}"
     if size_m < _LABEL_CENTIMETRES_UNDER_M:
-        return f"{sign}{_rounded(1e2 * size_m, 2)} cm"
-    return f"{sign}{_rounded(size_m, 3 if 1 <= size_m < 10 else 2)} m"
+        return f"{sign}{_two_digits(1e2 * size_m)} cm"
+    text = f"{size_m:.2f}"
+    return f"{sign}{text if float(text) < 10 else _two_digits(size_m)} m"
 
 
-def _rounded(value: float, digits: int) -> str:
-    """Format a positive number to so many significant digits, also before the decimal point."""
-    return _significant(float(f"{value:.{digits - 1}e}"), digits)
+def _two_digits(value: float) -> str:
+    """Format a positive number to two significant digits, also before the decimal point."""
+    rounded = float(f"{value:.1e}")
+    return f"{rounded:.{max(0, 1 - math.floor(math.log10(rounded)))}f}"
 
 
 def _feet_and_inches_m(words: str) -> float | None:

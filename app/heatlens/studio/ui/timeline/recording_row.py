@@ -7,7 +7,7 @@ from itertools import pairwise
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.model.shot.pull import TOLERANCE_LEAST, TOLERANCE_MOST, RecordingState
-from heatlens.core.model.units import label_distance
+from heatlens.core.model.units import format_distance, label_distance
 from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.ui import rects, texts, theme
 from heatlens.studio.ui.timeline.curve_handles import Heights
@@ -61,7 +61,7 @@ def _recorded_tools(control: TimeControl, unit: str) -> list[Tool]:
 def _tolerance_text(tolerance_dioptres: float, unit: str) -> str:
     """Return how far a key may be off at a usual distance, for example "3 cm at 2 m"."""
     off_m = _USUAL_M - 1.0 / (1.0 / _USUAL_M + tolerance_dioptres)
-    return f"{label_distance(off_m, unit)} at {label_distance(_USUAL_M, unit)}"
+    return f"{label_distance(off_m, unit)} at {format_distance(_USUAL_M, unit)}"
 
 
 def _tolerance_slider(control: TimeControl) -> None:
