@@ -180,16 +180,16 @@ def test_pull_begin_offers_the_next_mark_in_order(session, marks):
     assert [focus_m(session, FIRST + at) for at in (0, 6, 12, 18)] == pytest.approx([2, 8, 5, 2])
 
 
-def test_pull_begin_off_all_marks_offers_mark_after_the_last_pull(session, marks):
+def test_pull_begin_off_all_marks_offers_the_newest_then_mark_after_the_last_pull(session, marks):
     marks.set_point(LEFT)
     marks.set_point(RIGHT)
     session.lens.commands.focus(0.3)
     marks.pulls.suggest()
-    assert marks.pulls.target == "A"
+    assert marks.pulls.target == "B"
     make_pull(session)
     session.time.timeline.go_to(FIRST)
     marks.pulls.suggest()
-    assert marks.pulls.target == "B"
+    assert marks.pulls.target == "A"
 
 
 @pytest.mark.parametrize(

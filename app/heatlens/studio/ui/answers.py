@@ -60,6 +60,9 @@ def answer_buttons(key: str, answers: Sequence[str]) -> str:
             imgui.same_line()
             if _button_width(words) > imgui.get_content_region_avail().x:
                 imgui.new_line()
+        fill = imgui.Col_.button if index else imgui.Col_.header_active  # Enter gives the first
+        imgui.push_style_color(imgui.Col_.button, imgui.get_color_u32(fill))
         if widgets.button(words, f"{key} {words}"):
             pressed = words
+        imgui.pop_style_color()
     return pressed

@@ -73,7 +73,7 @@ class FocusPulls(Commands):
     def _next_mark(self) -> Mark:
         """Return the mark after the one in focus, or after the target of the last pull.
 
-        The first mark follows the last.
+        The first mark follows the last. Without either, it is the newest mark, else the first.
         """
         marks, lens = self._editing.shot.marks, self._editing.lens
         marks_by_offset = {
@@ -87,11 +87,10 @@ class FocusPulls(Commands):
             if smallest_offset <= sharp_dioptres(lens)
             else self._editing.shot.mark_named(self._last_target)
         )
-        return (
-            marks[(marks.index(current_mark) + 1) % len(marks)]
-            if current_mark in marks
-            else marks[0]
-        )
+        if current_mark in marks:
+            return marks[(marks.index(current_mark) + 1) % len(marks)]
+        new_marks = [mark for mark in marks if mark.name in self._new_names]
+        return new_marks[-1] if new_marks else marks[0]
 
     def set_length(self, frames: int) -> None:
         """Set the number of frames of this pull and of those suggested later."""
