@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from heatlens.core.model.shot.settings import Quality
 from heatlens.core.model.view.view import Compare
 from heatlens.studio.board.board import REQUESTS, Board
+from heatlens.studio.board.facts import FactsReader
 from heatlens.studio.board.requests import Focus, FocusAt, Go, MarkAt, Open, Pull, Save, TakeLook
 from support.evening import FIRST, begin_session, run_loop_once, run_until_settled, write_plates
+from support.watched_calls import watch_calls
 
 
 @pytest.fixture
@@ -88,6 +90,13 @@ def test_facts_stay_as_they_were_and_the_same_until_the_turn_has_others(session,
     rest = board.facts
     run_loop_once(session)
     assert board.facts is rest and rest.is_whole
+
+
+def test_facts_are_read_once_for_a_shot_that_equals_the_one_before(session, board, monkeypatch):
+    before, reads = board.facts, watch_calls(monkeypatch, FactsReader, "read")
+    session.editing.amend(replace(before.shot))
+    assert session.editing.shot is not before.shot and board.facts is before
+    assert board.facts is before and len(reads) == 1
 
 
 def test_two_changes_in_one_turn_both_last(session, board):

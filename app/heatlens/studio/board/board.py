@@ -56,6 +56,7 @@ class Board:
         self._named = {command.name: command for command in self.commands}
         self._command_states = CommandStates(self.commands)
         self._facts, self._moment = session.facts, (-1, 0)
+        self._read_shot = session.editing.shot  # that `_facts` were read with, or an equal one
         self._json = StateJson(self.remote_commands)
 
     def with_commands_of(self, front_end: Iterable[Command]) -> tuple[Command, ...]:
@@ -79,9 +80,9 @@ class Board:
         """What is true in this turn; the same object until the turn or a change has other facts."""
         session, facts = self._session, self._facts
         editing, view = session.editing, session.pictures.view.state
-        moment, is_edited = (session.moment, editing.frame), facts.shot is not editing.shot
+        moment, is_edited = (session.moment, editing.frame), self._read_shot is not editing.shot
         if is_edited or moment != self._moment or (facts.lens, facts.view) != (editing.lens, view):
-            self._moment, new_facts = moment, session.facts
+            self._moment, self._read_shot, new_facts = moment, editing.shot, session.facts
             self._facts = facts if new_facts == facts else new_facts
         return self._facts
 
