@@ -35,7 +35,7 @@ def test_page_has_keys_and_buttons_from_the_table_of_commands(session):
     keyed = {key: name for name, key, sheet in table if key and sheet is not None}
     assert len(keyed) > 25 and keyed["Ctrl+Z"] == "Undo" and "Ctrl+1" not in keyed
     sheets = {sheet for _, _, sheet in table if sheet}
-    assert sheets == {"Focus", "Undo", "Over the picture", "Guides", "Blur and units"}
+    assert sheets == {"Focus", "Undo", "Over the picture", "Guides", "Units"}
     text = (WEB / "keys.js").read_text(encoding="utf-8")
     assert not [it.name for it in board.commands if f'"{it.name}"' in text]
 

@@ -105,6 +105,10 @@ def line_pairs(p: Palette) -> dict:
         "a chosen key": (p.handle, p.groove),
         "hyperfocal distance": (p.hyperfocal, p.groove),
         "depths on the focus bar": (p.histogram, p.groove),
+        "frames on disk": (p.on_disk, p.groove),
+        "frames that are read next": (p.queued, p.groove),
+        "the dot of a row without keys": (p.queued, p.style[_Col.window_bg]),
+        "the rim of a card": (p.on_disk, ground(p, p.start_ground)),
         "frames in memory": (p.ready, p.groove),
         "rendered frames": (p.rendered, p.groove),
         "damaged frames": (p.damaged, p.groove),
@@ -115,6 +119,52 @@ def line_pairs(p: Palette) -> dict:
         "a tick": (p.style[_Col.check_mark], p.style[_Col.checkbox_selected_bg]),
         "the tab in front": (p.style[_Col.tab_selected_overline], p.style[_Col.tab_selected]),
     }
+
+
+# What marks an area without being read alone: its rim, its line or its words are in the pairs.
+AREAS = {"in_focus_band", "tolerance_band", "box", "played", "shadow", "dimming", "disc_ground"}
+# Drawn over the pixels of a picture, or colors that lamps have.
+OVER_PIXELS = {"guide", "pixel_grid", "window_line", "fringe_red", "fringe_blue"}
+
+
+class Watched:
+    """A palette that notes which of its colors are taken."""
+
+    def __init__(self, palette: Palette) -> None:
+        self.palette, self.taken = palette, set()
+
+    def __getattr__(self, name: str):
+        self.taken.add(name)
+        return getattr(self.palette, name)
+
+
+def test_pairs_have_every_color_that_is_drawn():
+    watched = Watched(DARK)
+    for pairs in (text_pairs, line_pairs, disabled_pairs, over_picture_pairs):
+        pairs(watched)
+    colors = {name for name in vars(Palette) if not name.startswith("_")}
+    assert colors - watched.taken == AREAS - {"shadow"} | OVER_PIXELS
+
+
+def over_picture_pairs(p: Palette) -> dict:
+    """Return what is drawn on its own ground over a picture, which is white there."""
+
+    def over_white(color, opacity: float) -> tuple[float, ...]:
+        return tuple(opacity * top + (1 - opacity) for top in rgb(color))
+
+    notice = over_white(p.style[_Col.window_bg], theme.NOTICE_OPACITY)
+    label = over_white(p.shadow, imgui.color_convert_u32_to_float4(p.shadow).w)
+    return {
+        "a notice": (p.message, notice),
+        "a lesson": (p.style[_Col.text], notice),
+        "a button of a notice": (p.style[_Col.text], p.style[_Col.button]),
+        "the name of a look": (p.handle, label),
+    }
+
+
+def test_words_over_a_white_picture_have_a_contrast_of_at_least_4_5():
+    pairs = over_picture_pairs(theme.OVER_PICTURE)
+    assert not [name for name, pair in pairs.items() if contrast(*pair) < 4.5]
 
 
 def rgb(color) -> tuple[float, float, float]:

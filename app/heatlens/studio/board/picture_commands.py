@@ -70,7 +70,7 @@ def _view(session: Session) -> Iterator[Command]:
         remote_command("Reset exposure and gamma", view.reset_exposure_and_gamma, "Ctrl+0"),
     )
     yield from in_group("View", "grade", graded)
-    unit = page_command("Metres or feet", view.toggle_unit, "U", sheet="Blur and units")
+    unit = page_command("Metres or feet", view.toggle_unit, "U", sheet="Units")
     yield from in_group("View", "interface", unit)
 
 

@@ -134,8 +134,8 @@ class Palette:
     mark = _packed_pair((120, 178, 232), (20, 92, 160))
     key = _packed_pair((120, 178, 232), (20, 92, 160))
     box = _packed_pair((200, 200, 210, 0.12), (60, 60, 80, 0.14))
-    on_disk = _packed_pair((74, 74, 76), (176, 176, 178))
-    queued = _packed_pair((112, 112, 116), (140, 140, 144))
+    on_disk = _packed_pair((106, 106, 108), (138, 138, 140))
+    queued = _packed_pair((140, 140, 144), (112, 112, 116))
     ready = _packed_pair((96, 160, 108), (40, 130, 60))
     rendered = _packed_pair((74, 158, 200), (20, 110, 160))
     damaged = _packed_pair((232, 84, 74), (200, 40, 30))
@@ -172,6 +172,7 @@ FONT_FILE, FONT_PX = _FONTS / "Roboto" / "Roboto-Regular.ttf", 15.0
 SURROUND = (30 / 255, 30 / 255, 30 / 255)
 # The palette of everything drawn over the picture, whose background is dark in every theme.
 OVER_PICTURE = DARK
+NOTICE_OPACITY = 0.86  # of the ground of words over the picture, legible over white too
 DARK_INK, LIGHT_INK = (0.0, 0.0, 0.0, 0.9), (1.0, 1.0, 1.0, 0.9)  # text in pixels of the picture
 NOTHING, UNTINTED = 0, 0xFFFFFFFF  # a transparent background; a picture without tint
 

@@ -15,11 +15,12 @@ export function toJson(distance) {
   return distance === Infinity ? "inf" : distance;
 }
 
+/** Return a distance in words; zeros at the end stay, so that it keeps its width while it turns. */
 export function words(distance, unit) {
   if (distance === Infinity) return INFINITY;
   if (unit === "ft") return feet(distance);
   if (distance < 0.1) return `${trimmed(distance * 100, 3)} cm`;
-  return `${trimmed(distance, distance < 10 ? 3 : 4)} m`;
+  return `${distance < 9.995 ? distance.toFixed(2) : trimmed(distance, 4)} m`;
 }
 
 function trimmed(value, digits) {
@@ -35,7 +36,8 @@ function feet(distance) {
 
 /** Return a label without its unit, as lenses have it. */
 export function engraved(distance, unit) {
-  return words(distance, unit).replace(/ m$/, "");
+  const isMetres = unit !== "ft" && distance >= 0.1 && distance !== Infinity;
+  return isMetres ? trimmed(distance, 4) : words(distance, unit);
 }
 
 /** Yield round distances in metres from `near` on, the roundest group first. */

@@ -12,7 +12,7 @@ export class More {
     this._exposure = this._stepped("Darker", "Brighter", () => link.do("Reset exposure and gamma"));
     this._frames = this._stepped(() => page.setPull(-1), () => page.setPull(1));
     sheet.append(heading("Exposure of the picture"), this._exposure.row);
-    sheet.append(heading("Frames of a pull to a flag"), this._frames.row);
+    sheet.append(heading("A pull to a flag takes"), this._frames.row);
     this._numbers = document.createElement("p");
     this._color = document.createElement("p");
     sheet.append(heading("This page"), this._ownRow(), this._numbers, this._color);

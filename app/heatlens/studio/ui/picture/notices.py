@@ -47,7 +47,7 @@ def draw_lessons(lessons: Lessons, viewport: Viewport, is_hidden: bool) -> None:
     corner = ImVec2(x + _MARGIN_EM * em, y + height - _MARGIN_EM * em)
     imgui.set_next_window_pos(corner, 0, ImVec2(0.0, 1.0))
     imgui.set_next_window_size(ImVec2(card_width, 0.0))
-    imgui.set_next_window_bg_alpha(0.86)
+    imgui.set_next_window_bg_alpha(theme.NOTICE_OPACITY)
     flags = imgui.WindowFlags_
     imgui.begin(
         "lessons", None,
@@ -153,7 +153,8 @@ def draw_notice(ui: UiState, viewport: Viewport, has_keyboard: bool) -> None:
         return
     em, (x, y), width = imgui.get_font_size(), viewport.corner, viewport.size[0]
     imgui.set_cursor_screen_pos(ImVec2(x + 0.5 * em, y + 0.5 * em))
-    imgui.push_style_color(imgui.Col_.child_bg, theme.OVER_PICTURE.shadow)
+    ground = theme.OVER_PICTURE.style[imgui.Col_.window_bg]
+    imgui.push_style_color(imgui.Col_.child_bg, ImVec4(*ground, theme.NOTICE_OPACITY))
     flags = imgui.ChildFlags_.auto_resize_y | imgui.ChildFlags_.always_use_window_padding
     imgui.begin_child("notice", ImVec2(min(_NOTICE_EM * em, width - em), 0.0), flags)
     imgui.push_text_wrap_pos(0.0)
