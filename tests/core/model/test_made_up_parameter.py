@@ -8,14 +8,13 @@ from support.program_copies import copy_program, run_in_copy
 _HOME = "app/heatlens/core/model/shot/lens_parameter.py"
 _RECORD = """    LensParameter.RIM: ParameterFacts(
         scales=(Scale.LINEAR,), labels=((-1.0, 0.0, 1.0),), span_least=0.1, sign="{} rims",
-        is_rare=True,
     ),
 }
 """
 EDITS = {
     _HOME: {
         '    SPLIT = "split_dioptres"\n': '    SPLIT = "split_dioptres"\n    RIM = "rim"\n',
-        "        is_rare=True,\n    ),\n}\n": f"        is_rare=True,\n    ),\n{_RECORD}",
+        '        sign="{} D",\n    ),\n}\n': f'        sign="{{}} D",\n    ),\n{_RECORD}',
     },
     "app/heatlens/core/model/shot/shot.py": {
         "    split_dioptres: Curve = field(default_factory=Curve)\n": """

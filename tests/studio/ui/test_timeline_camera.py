@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.keys.key_choice import KeyId, all_keys, copy_keys, delete_keys, paste_keys
-from heatlens.core.model.keys.key_rows import CAMERA, ROWS
+from heatlens.core.model.keys.key_rows import CAMERA
 from heatlens.core.model.shot.camera_track import CameraTrack, Pose, PoseKey
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from support.gltf_files import GltfWriter
@@ -17,7 +17,6 @@ from support.session_files import QUICK
 
 K = imgui.Key
 FOCUS = LensParameter.FOCUS_DISTANCE
-RARE = [it for it in LensParameter if it.is_rare]  # rows of tilt and split, if they are used
 RIGHT_M_BY_FRAME = {3: 0.0, 6: 0.4, 12: 0.8}  # metres to the right by frame
 
 
@@ -68,10 +67,15 @@ def drag_key(gui, frame: int, target_frame: float, via_frames: tuple[float, ...]
 
 def test_stretch_grips_lie_below_every_row(gui):
     """The default height of the timeline holds five rows and the grips without scrolling."""
-    gui.session.time.keys.select(all_keys(gui.session.facts.shot))
+    lens, shot = gui.session.facts.lens, gui.session.facts.shot
+    shown = (FOCUS, LensParameter.F_STOP, LensParameter.FOCAL_LENGTH, LensParameter.SQUEEZE)
+    for parameter in shown:
+        shot = shot.with_key(6, parameter, getattr(lens, parameter))
+    gui.session.editing.begin(shot)
+    gui.session.time.keys.select(all_keys(shot))
     gui.frame(2)
     for grip in (gui.rect("stretch first"), gui.rect("stretch last")):
-        assert all(grip[1] >= gui.rect(f"row {row}")[3] for row in ROWS if row not in RARE)
+        assert all(grip[1] >= gui.rect(f"row {row}")[3] for row in (*shown, CAMERA))
         assert grip[3] <= gui.rect("keys")[3] <= gui.size[1]
     assert gui.rect("row camera")[3] - gui.rect("row camera")[1] >= imgui.get_font_size()
 

@@ -8,6 +8,7 @@ from imgui_bundle import imgui
 from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.keys.key_choice import KeyId
 from heatlens.core.model.shot.lens_parameter import LensParameter
+from support.counted_controls import count_frame
 from support.gui import Gui
 from support.sequences import FIRST, LAST
 from support.timeline_window import current_frame, reset_window, ruler_position
@@ -170,11 +171,28 @@ def test_up_and_down_keys_move_to_the_next_key(keyed):
 
 
 def test_dot_of_a_row_toggles_a_key(gui):
-    gui.click(gui.middle("dot f_stop"))
+    """The row is there while it has keys; the Lens panel's dot sets the first one."""
+    gui.drawn.clear()
+    gui.frame()
+    assert "dot f_stop" not in gui.drawn and f"dot {FOCUS}" in gui.drawn
+    gui.click(gui.middle("lens dot f_stop"))
     assert f_stop_frames(gui) == [FIRST]
+    gui.session.time.timeline.go_to(FIRST + 2)
     gui.frame(30)
     gui.click(gui.middle("dot f_stop"))
-    assert f_stop_frames(gui) == []
+    assert f_stop_frames(gui) == [FIRST, FIRST + 2]
+    gui.frame(30)
+    gui.click(gui.middle("dot f_stop"))
+    assert f_stop_frames(gui) == [FIRST]
+
+
+def test_timeline_without_keys_offers_no_way_to_a_key_and_few_controls(gui):
+    bare = count_frame(gui)
+    gui.key(K.k)
+    keyed = count_frame(gui)
+    to_keys = {("Timeline", "##previous key"), ("Timeline", "##next key")}
+    assert to_keys <= set(bare.disabled) and to_keys <= set(keyed.enabled)
+    assert len([it for it in bare.enabled if it[0] == "Timeline"]) <= 17
 
 
 def test_dot_of_a_lens_control_sets_a_key(gui):

@@ -180,13 +180,12 @@ def test_curve_of_a_parameter_without_keys_is_level(gui):
         assert keyed[number] == pytest.approx(AXES[FOCAL].level_of(value))
 
 
-def test_tilt_row_appears_once_the_lens_is_tilted(gui: Gui) -> None:
-    """The row appears once the parameter is used; its key is set and dragged like any other."""
+def test_tilt_row_appears_once_the_tilt_has_a_key(gui: Gui) -> None:
+    """Its key is set and dragged like any other."""
     assert "row tilt_deg" not in gui.drawn and "row split_dioptres" not in gui.drawn
     editing, first_frame = gui.session.editing, gui.session.facts.frame
-    editing.edit_lens(replace(editing.lens, tilt_deg=2.0))
+    editing.begin(editing.shot.with_key(first_frame, LensParameter.TILT, 2.0))
     gui.frame(2)
-    gui.click(gui.middle("dot tilt_deg"))
     gui.session.time.timeline.go_to(LAST)
     editing.edit_lens(replace(editing.lens, tilt_deg=5.0))
     assert values(gui, LensParameter.TILT) == {first_frame: 2.0, LAST: 5.0}

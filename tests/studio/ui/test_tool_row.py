@@ -13,7 +13,8 @@ from support.gui import Gui
 from support.timeline_window import reset_window, type_into
 
 SPACING, MORE_BUTTON_WIDTH = 8.0, 30.0
-ROWS = [f"row {parameter}" for parameter in LensParameter if not parameter.is_rare]
+KEYED = LensParameter.FOCUS_DISTANCE, LensParameter.F_STOP, LensParameter.FOCAL_LENGTH
+ROWS = [f"row {parameter}" for parameter in KEYED]
 
 
 def draw_nothing() -> None:
@@ -55,7 +56,13 @@ def test_highest_fitting_rank_shows_as_many_tools_as_fit(
 
 @pytest.fixture
 def gui(ctx, film) -> Iterator[Gui]:
-    yield reset_window(film)
+    gui = reset_window(film)
+    lens, frame, shot = gui.session.facts.lens, gui.session.facts.frame, gui.session.facts.shot
+    for parameter in KEYED:
+        shot = shot.with_key(frame, parameter, getattr(lens, parameter))
+    gui.session.editing.begin(shot)
+    gui.frame(2)
+    yield gui
     film.session.preferences.change(ui_scales={})
     film.frame(4)
 

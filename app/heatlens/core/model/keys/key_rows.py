@@ -71,11 +71,14 @@ def key_frames(shot: Shot, row: Row) -> tuple[float, ...]:
 
 
 def shown_rows(shot: Shot, has_camera: bool) -> tuple[Row, ...]:
-    """Return the rows that the timeline shows; rare ones (squeeze, tilt) only if they are used."""
+    """Return the rows that the timeline shows: the focus, and each that has keys.
+
+    The others get their first key by the dot beside their control in the Lens panel.
+    """
     lens_rows = (
         parameter
         for parameter in LensParameter
-        if parameter.is_used(shot.lens) or key_frames(shot, parameter)
+        if parameter is LensParameter.FOCUS_DISTANCE or key_frames(shot, parameter)
     )
     return (*lens_rows, CAMERA) if has_camera else tuple(lens_rows)
 

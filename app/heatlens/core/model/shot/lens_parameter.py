@@ -40,7 +40,6 @@ class ParameterFacts:
     typed         its name in `--key`, if not that of its option
     control       its control in the Lens panel, if not named by its label
     unseen_share  the share by which a recorded value may differ without being seen
-    is_rare       True for those that most lenses leave as they begin; see `is_used`
     """
 
     scales: tuple[Scale, ...]
@@ -52,7 +51,6 @@ class ParameterFacts:
     typed: str = ""
     control: str = ""
     unseen_share: float = 0.002
-    is_rare: bool = False
 
 
 class LensParameter(StrEnum):
@@ -88,16 +86,6 @@ class LensParameter(StrEnum):
     def control(self) -> str:
         """The name under which the Lens panel reports its control."""
         return self.facts.control or self._option.label
-
-    @property
-    def is_rare(self) -> bool:
-        """True for those that most lenses leave as they begin, such as tilt."""
-        return self.facts.is_rare
-
-    def is_used(self, lens: Lens) -> bool:
-        """Return True unless it is rare and the lens leaves it as it begins."""
-        first_value = Lens.__dataclass_fields__[self].default
-        return not self.is_rare or bool(getattr(lens, self) != first_value)
 
     def format_value(self, value: float, unit: str, digits: str = "g") -> str:
         """Format a value with its unit; `unit` is that of distances."""
@@ -135,7 +123,7 @@ _FACTS = {
         scales=(Scale.LOGARITHMIC,), labels=(_FOCAL_LENGTHS_MM,), span_least=1.0, sign="{} mm"
     ),
     LensParameter.SQUEEZE: ParameterFacts(
-        scales=(Scale.LINEAR,), labels=(_SQUEEZES,), span_least=0.2, sign="{} x", is_rare=True
+        scales=(Scale.LINEAR,), labels=(_SQUEEZES,), span_least=0.2, sign="{} x"
     ),
     LensParameter.TILT: ParameterFacts(
         scales=(Scale.LINEAR,),
@@ -143,7 +131,6 @@ _FACTS = {
         fine=_FINE_STEPS,
         span_least=2.0,
         sign="{}°",
-        is_rare=True,
     ),
     LensParameter.SPLIT: ParameterFacts(
         scales=(Scale.LINEAR,),
@@ -151,6 +138,5 @@ _FACTS = {
         fine=_FINE_STEPS,
         span_least=0.2,
         sign="{} D",
-        is_rare=True,
     ),
 }

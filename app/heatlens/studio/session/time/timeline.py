@@ -61,7 +61,7 @@ class Timeline(Commands):
         return self._source.plate is not None and self.has_time
 
     @property
-    def _key_frames(self) -> tuple[float, ...]:
+    def key_frames(self) -> tuple[float, ...]:
         """The frames at which the lens or the camera has a key, in order."""
         shot = self._editing.shot
         return tuple(sorted({*shot.key_frames, *shot.camera_key_frames}))
@@ -71,7 +71,7 @@ class Timeline(Commands):
         """The frames of the source; for a still, the range of its keys."""
         if self._opened_frames is not None:
             return self._opened_frames
-        key_frames = self._key_frames
+        key_frames = self.key_frames
         return _range(key_frames[0], key_frames[-1]) if key_frames else None
 
     @property
@@ -90,7 +90,7 @@ class Timeline(Commands):
     def visible_range(self) -> FrameRange:
         """The range that the timeline shows: all frames, keys and the playhead."""
         frame = self._editing.frame
-        key_frames, frames = self._key_frames, self.frames or FrameRange(frame, frame)
+        key_frames, frames = self.key_frames, self.frames or FrameRange(frame, frame)
         ends = [frames.first, frames.last, frame, *key_frames[:1], *key_frames[-1:]]
         return _range(min(ends), max(ends))
 
@@ -153,7 +153,7 @@ class Timeline(Commands):
 
     def go_to_key(self, direction: int) -> None:
         """Go to the next (1) or previous (-1) key of any parameter."""
-        frame, key_frames = self._editing.frame, self._key_frames
+        frame, key_frames = self._editing.frame, self.key_frames
         later_keys = [
             math.ceil(key_frame) for key_frame in key_frames if key_frame > frame + SAME_FRAME
         ]

@@ -90,9 +90,12 @@ def _transport_buttons(control: TimeControl) -> list[Tool]:
     )  # fmt: skip
     width, is_armed = _ICON_ASPECT * imgui.get_frame_height(), control.recording.state.is_waiting
 
+    has_keys = bool(timeline.key_frames)
+
     def drawn(name: str, shape: str, tip: str, on_press: Callable[[], None]) -> None:
-        if _icon_button(name, shape, tip, is_armed and name == "record"):
-            on_press()
+        with widgets.disabled(not has_keys and name.endswith(" key")):
+            if _icon_button(name, shape, tip, is_armed and name == "record"):
+                on_press()
 
     return [
         Tool(partial(drawn, name, shape, tip, do), width, rank, 2.0, is_rare=name == "backwards")
@@ -115,7 +118,9 @@ def _icon_button(name: str, shape: str, tip: str, is_on: bool = False) -> bool:
 
 def _draw_shape(shape: str, center: ImVec2, reach: float) -> None:
     """Draw the triangles, bars or other shape of a button."""
-    draw, color = imgui.get_window_draw_list(), theme.colors.handle
+    draw = imgui.get_window_draw_list()
+    is_faded = imgui.get_style().alpha < 1.0  # in a button that is disabled
+    color = theme.colors.queued if is_faded else theme.colors.handle
 
     def at(x: float, y: float) -> ImVec2:
         return ImVec2(center.x + x * reach, center.y + y * reach)
