@@ -71,6 +71,11 @@ class CostModel:
         growth: float = work_ratios[nearest] ** self.work_power
         return known_s * growth * _view_count(settings)
 
+    def has_timed(self, settings: DefocusSettings) -> bool:
+        """Return True if a picture of this kind and scale was timed without a driver's builds."""
+        sized = _sized_kind(settings)
+        return sized in self.seconds_per_px and sized not in self.with_builds
+
     def _forget_builds(self, settings: DefocusSettings) -> None:
         """Remove the times of the same sort of work that include builds."""
         for entry in self.with_builds.intersection(self._known_of_sort(settings)):

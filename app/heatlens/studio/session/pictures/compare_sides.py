@@ -16,6 +16,7 @@ from heatlens.render.preview.shown import ShownPicture, without_notes
 from heatlens.studio.session.pictures.elsewhere import ProcessBuilder, RemoteRenderer
 from heatlens.studio.session.pictures.live_picture import FIRST_PLATE, LivePicture, PlateVersion
 from heatlens.studio.session.pictures.look_pictures import LookPictures
+from heatlens.studio.session.pictures.rehearsal import Rehearsal
 
 _MIN_B_SHARE = 0.25  # share of the time budget that B gets, however long A took
 _MIN_SCALE = 0.25  # the smallest scale at which pictures of the grid are rendered
@@ -49,6 +50,7 @@ class CompareSides:
         self.a = LivePicture(
             renderer, cost=CostModel(work_power=power), remote=remote, builder=builder
         )
+        self.rehearsal = Rehearsal(renderer, self.a)
         self.b = LivePicture(renderer, first_slot=2, cost=self.a.cost, builder=builder)
         self.looks = LookPictures(renderer, self.b)
         self.other_shot: Shot | None = None  # what B shows where it is another shot

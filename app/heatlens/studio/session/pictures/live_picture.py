@@ -98,11 +98,17 @@ class LivePicture:
         self._is_refused = False  # the request cannot be rendered, and that was reported
         self.is_answering = False  # the request has no picture yet, not even a quick one
         self.request_s = 0.0  # seconds spent in `request` so far
+        self.begun_count = 0  # pictures that were begun so far
 
     @property
     def device(self) -> Device:
         """What the pictures are rendered on."""
         return self._renderer.ctx
+
+    @property
+    def spare_slot(self) -> int:
+        """The slot of the renderer that holds no shown picture."""
+        return self._slots[1]
 
     def restart(self) -> None:
         """Drop the work, the request and the picture, because another plate is on the GPU."""
@@ -350,6 +356,7 @@ class LivePicture:
         steps = remote_steps or self._renderer.steps(*arguments, enlarges=not is_whole)
         views = self._views_before(settings)
         program_count = programs_built()
+        self.begun_count += 1
         self._work = _Work(
             steps, self._request, settings, slot, views, remote_steps is None, program_count
         )

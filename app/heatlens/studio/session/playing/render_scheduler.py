@@ -3,7 +3,7 @@
 What to render next is decided by a pure function of the state, `next_work`. The order is always the
 same: first the quick answer to a change; then the plate, until it is good enough to be blurred (a
 scene must be drawn large and antialiased); then the pictures of the comparison's sides, in turns;
-then, while there is nothing else to do, the frames that will be played.
+then, while there is nothing else to do, the first preview of a drag, and the frames to be played.
 """
 
 from collections.abc import Callable
@@ -64,7 +64,7 @@ class WorkState:
     plays_rendered  frames rendered before are playing, so that nothing has to be rendered
     sides           A, and B while it is rendered
     turn_index      the index of the side whose turn it is
-    frames_wait_s   seconds until a frame can be rendered ahead; None if there is none to render
+    frames_wait_s   seconds until something unseen can be rendered; None if nothing is left
     """
 
     plays_rendered: bool
@@ -75,7 +75,7 @@ class WorkState:
 
 
 class Work(Enum):
-    """What to work on next: nothing, the plate, one side of the comparison, or frames ahead."""
+    """What to work on next: nothing, the plate, a side of the comparison, or what is unseen."""
 
     NOTHING = auto()
     PLATE = auto()
@@ -206,8 +206,13 @@ class RenderScheduler(Commands, Worker):
     def is_working(self) -> bool:
         """True while there is a picture to continue: a visible one, or one to be played."""
         return not self._frames_ahead.plays_cached_frames and (
-            self.is_rendering or self._frames_ahead.has_work
+            self.is_rendering or self._rehearses or self._frames_ahead.has_work
         )
+
+    @property
+    def _rehearses(self) -> bool:
+        """True while the first preview is rendered unseen, for who may drag next."""
+        return self._speed.has_window and self._sides.rehearsal.is_due
 
     @property
     def shown_picture(self) -> ShownPicture | None:
@@ -266,6 +271,8 @@ class RenderScheduler(Commands, Worker):
             self._sides.work(piece.side, _SLICE_S, self._source.feed.is_whole)
         elif piece.work is Work.PLATE:
             self._source.feed.refine(_SLICE_S)
+        elif self._rehearses:
+            self._sides.rehearsal.work(_SLICE_S)
         else:
             self._frames_ahead.work()
 
@@ -285,10 +292,8 @@ class RenderScheduler(Commands, Worker):
     def _next_piece(self) -> NextWork:
         """The next piece of work, by the state of the visible pictures."""
         plate, sides = self._visible.plate, self._visible.sides
-        frames_wait_s = (
-            None if is_rendering(plate, sides) else self._frames_ahead.seconds_until_needed()
-        )
-        turn = self._sides.turn_index
-        return next_work(
-            WorkState(self._frames_ahead.plays_cached_frames, plate, sides, turn, frames_wait_s)
-        )
+        frames_wait_s = None
+        if not is_rendering(plate, sides):
+            frames_wait_s = 0.0 if self._rehearses else self._frames_ahead.seconds_until_needed()
+        plays = self._frames_ahead.plays_cached_frames
+        return next_work(WorkState(plays, plate, sides, self._sides.turn_index, frames_wait_s))
