@@ -1,10 +1,16 @@
 """A process builds the programs of a session's pictures, which then needs no new one."""
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import pytest
 
+from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
+from heatlens.core.model.shot.shot import Shot
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.known_programs import KnownPrograms
+from heatlens.render.preview.build_programs import pictures_to_build
 from heatlens.studio.board.session import Session
 from heatlens.studio.session.pictures import program_builder
 from heatlens.studio.session.pictures.program_builder import ProgramsFile
@@ -107,3 +113,15 @@ def test_save_in_a_folder_that_cannot_be_made_changes_nothing(ctx, tmp_path):
     (tmp_path / "file").write_bytes(b"")
     ProgramsFile(tmp_path / "file" / "below", ctx).save()
     assert (tmp_path / "file").read_bytes() == b""
+
+
+@pytest.mark.parametrize("has_many_views", [False, True])
+def test_quickest_pictures_are_built_before_the_whole_one(has_many_views):
+    """A hand that drags waits for all pictures of the quickest level, at every focus distance."""
+    renderer = SimpleNamespace(has_many_views=has_many_views, size=lambda _: (1280, 720))
+    shot = Shot(Lens(50.0, 2.0, 3.0, 36.0))
+    pictures = pictures_to_build(cast(Any, renderer), shot, 0)
+    quickest = pictures[0].defocus
+    last = max(i for i, picture in enumerate(pictures) if picture.defocus == quickest)
+    assert pictures.index(shot) == last + 1 and len(set(pictures)) == len(pictures)
+    assert {picture.lens.focus_distance_m for picture in pictures[: last + 1]} >= {3.0, 12.0}

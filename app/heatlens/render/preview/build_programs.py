@@ -20,7 +20,7 @@ from heatlens.render.preview.level_choice import useful_levels
 from heatlens.render.source.source import Source
 
 _SMALL_SCENE = 1 / 4  # the scale at which a window draws a scene first
-_URGENT_COUNT = 2  # pictures that a window waits for: the quickest and the whole one
+_URGENT_COUNT = 4  # pictures that a window waits for: the quickest ones and the whole one
 # A lens that focuses nearer or farther blurs in other sizes, for which programs differ.
 _FOCUS_FACTORS, _SMALL_PROXY = (1.0, 0.4, 4.0), 1 / 4
 
@@ -37,7 +37,7 @@ class BuildRequest:
 def pictures_to_build(renderer: FrameRenderer, shot: Shot, frame: int) -> tuple[Shot, ...]:
     """Return the pictures that a window may show of a frame.
 
-    The quickest comes first, then the whole picture, then the previews between them.
+    The quickest come first, then the whole picture, then the previews between them.
     """
     shot = replace(shot, lens=shot.lens_at(frame), curves=LensCurves())
     framing, settings = shot.framing or Framing(), shot.defocus
@@ -48,7 +48,10 @@ def pictures_to_build(renderer: FrameRenderer, shot: Shot, frame: int) -> tuple[
         for level in useful_levels(settings, renderer.size(sized))[:0:-1]
         for lens in _lenses(shot.lens, level)
     ]
-    return (quick[0], shot, *quick[1:]) if quick else (shot,)
+    # A hand that drags waits for all of the quickest level: with the whole picture before its last
+    # ones, no drag of the first 20 s of a plate had a picture of diffusion.
+    quickest = [picture for picture in quick if picture.defocus == quick[0].defocus]
+    return (*quickest, shot, *(picture for picture in quick if picture not in quickest))
 
 
 def _lenses(lens: Lens, level: DefocusSettings) -> Iterator[Lens]:
