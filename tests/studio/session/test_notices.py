@@ -57,7 +57,7 @@ def test_missing_shots_of_a_cut_are_looked_for_in_another_folder(session, tmp_pa
     session.files.commands.open(str(path))
     run_until_settled(session)
     notice = session.files.notices.first
-    assert notice.words == "1 of 2 shots have no media here: s2."
+    assert notice.words == "1 of 2 shots has no media here: s2."
     assert notice.answers[0].dialog == "media"
     folders = []
 

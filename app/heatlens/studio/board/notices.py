@@ -108,9 +108,10 @@ class Notices(Commands):
         reel = self._reel.reel
         if reel is not None and reel.missing_shots:
             names = _listed([shot.name for shot in reel.missing_shots])
-            count = f"{len(reel.missing_shots)} of {len(reel.shots)}"
+            count = len(reel.missing_shots)
+            have = "has" if count == 1 else "have"
             yield Notice(
-                f"{count} shots have no media here: {names}.",
+                f"{count} of {len(reel.shots)} shots {have} no media here: {names}.",
                 (Answer("Look in another folder...", dialog="media"), Answer("Go on without")),
             )
 

@@ -92,7 +92,7 @@ def _guess_from_evidence(raw: RawDepth, options: PlateOptions) -> Guess:
 def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
     """Guess distances, unless the surfaces or the program say that these values are 1/z."""
     beyond = "above 1" if raw.high > 1 else "below -1"
-    why = f"Its values run from {raw.low:g} to {raw.high:g}, {beyond}, so they are distances."
+    why = f"Its values run from {raw.low:.3g} to {raw.high:.3g}, {beyond}, so they are distances."
     if has_ends:
         return Guess(
             DepthConvention.DISTANCE, why, certain=False, advice="--near and --far are not used."

@@ -141,9 +141,10 @@ class MarkCommands(Commands, Worker):
         self._editing.do(replace(self._editing.shot, marks=(*self._editing.shot.marks, mark)))
         anchor = MarkAnchor.of(mark)
         held_words = "" if anchor is None else f" on the {anchor}"
-        self._notify(
-            f"Mark {mark.name} is set{held_words}. Shift+M pulls the focus from mark to mark."
-        )
+        hint = "Shift+M pulls the focus from mark to mark."
+        if anchor is MarkAnchor.PIXEL and self._timeline.cache is not None:
+            hint = "The Marks tab can let it follow the surface there."
+        self._notify(f"Mark {mark.name} is set{held_words}. {hint}")
 
     def change(self, old_mark: Mark, new_mark: Mark) -> None:
         """Change the name or smoothing of a mark; raise HeatlensError if the name is in use."""

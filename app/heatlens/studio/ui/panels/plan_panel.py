@@ -114,16 +114,32 @@ class _Drawing:
         half_m = self._plan.half_tangent * min(distance_m, self._plan.reach_m)
         return self._screen_point(-half_m, distance_m), self._screen_point(half_m, distance_m)
 
+    @property
+    def _focus_words(self) -> str:
+        """The distance of the focus in words."""
+        return texts.measured_label(self._lens, self._lens.focus_distance_m, self._unit)
+
+    @property
+    def _focus_flag(self) -> tuple[ImVec2, ImVec2]:
+        """The corners of the flag of the focus, at the left end of its plane."""
+        first, em = self._plane_points(0.0)[0], self._em
+        width = texts.text_width(self._focus_words) + 0.6 * em
+        corner = ImVec2(max(first.x - width, self._corner.x), first.y - 0.6 * em)
+        return corner, ImVec2(corner.x + width, corner.y + 1.2 * em)
+
     def _draw_distances(self) -> None:
-        """Draw lines at round distances, with their labels."""
+        """Draw lines at round distances, with the labels that the flag of the focus leaves."""
+        flag_corner, flag_end = self._focus_flag
         for distance_m in round_steps_m(self._plan.reach_m, self._unit):
             y = self._screen_point(0.0, distance_m).y
             first, last = ImVec2(self._corner.x, y), ImVec2(self._corner.x + self._size.x, y)
             self._draw_list.add_line(first, last, theme.colors.played, _LINE_EM * self._em)
             text_corner = ImVec2(self._corner.x + 0.3 * self._em, y - self._em)
-            self._draw_list.add_text(
-                text_corner, theme.colors.text_dim, tick_text(distance_m, self._unit)
-            )
+            words = tick_text(distance_m, self._unit)
+            right = text_corner.x + texts.text_width(words)
+            is_beside = flag_corner.x >= right or flag_corner.y >= y or text_corner.y >= flag_end.y
+            if is_beside:
+                self._draw_list.add_text(text_corner, theme.colors.text_dim, words)
 
     def _plane_points(self, dioptres: float) -> list[ImVec2]:
         """Return points, from left to right, of the plane `dioptres` nearer than the focus."""
@@ -207,13 +223,10 @@ class _Drawing:
 
     def _draw_focus(self) -> None:
         """Draw the plane of focus with its distance."""
-        em, distance_m = self._em, self._lens.focus_distance_m
+        em, (flag_corner, flag_end) = self._em, self._focus_flag
         first, *_, last = self._plane_points(0.0)
         self._draw_plane(0.0, theme.colors.accent, _NEEDLE_EM)
-        words = texts.measured_label(self._lens, distance_m, self._unit)
-        width = imgui.calc_text_size(words).x + 0.6 * em
-        flag_corner = ImVec2(max(first.x - width, self._corner.x), first.y - 0.6 * em)
-        flag_end = ImVec2(flag_corner.x + width, flag_corner.y + 1.2 * em)
+        words = self._focus_words
         self._draw_list.add_rect_filled(flag_corner, flag_end, theme.colors.accent, 3.0)
         text_corner = ImVec2(flag_corner.x + 0.3 * em, flag_corner.y + 0.1 * em)
         self._draw_list.add_text(text_corner, theme.colors.on_accent, words)
