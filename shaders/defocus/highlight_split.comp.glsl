@@ -20,14 +20,13 @@
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, fragment_buf, Fragment, WORDS
 #endif
 #include "lib/highlight_limit.lib.glsl"  // NO_HIGHLIGHT, limit_of, surface_of, highlight_share, mean_of
+#include "lib/highlight_rim.lib.glsl"  // Seen, look_around, is_beside_nearer, share_of, rim_of, color_tx, coc_tx
 #include "lib/lit_bits.lib.glsl"  // lit_word, lit_bit, lit_buf
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
-uniform sampler2D color_tx;
 uniform sampler2D surroundings_tx;
-uniform sampler2D coc_tx;
 layout(rgba32f) uniform writeonly image2D out_diffuse_img;
 layout(rgba32f) uniform writeonly image2D out_highlight_img;
 layout(r16f) uniform writeonly image2D out_around_img;
@@ -54,23 +53,6 @@ float disc_share(float diameter) {
 #else
 float disc_share(float diameter) { return smoothstep(LEAST_COC_PX, WHOLE_COC_PX, diameter); }
 #endif
-
-// The brightest light of 3 x 3 pixels of the picture: its luminance and its coc. The mixed rim of a highlight has the depth
-// of its neighbor, and is drawn with the coc of this light. If not `is_searched`, the loop ends after one round and the
-// result is not used.
-vec2 brightest_visible(ivec2 at, bool is_searched) {
-    ivec2 last = textureSize(color_tx, 0) - 1;
-    float most = mean_of(texelFetch(color_tx, at, 0).rgb);
-    ivec2 brightest = at;
-    int k = 0;
-    do {
-        ivec2 p = clamp(at + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
-        float luminance = mean_of(texelFetch(color_tx, p, 0).rgb);
-        if (luminance > most) brightest = p;
-        most = max(most, luminance);
-    } while (is_searched && ++k < 9);
-    return vec2(most, texelFetch(coc_tx, brightest, 0).r);
-}
 
 // Share of a highlight that is no part of a bright surface, 0..1. `surface` is the degree to which its surroundings are
 // one, `brightest` the luminance of the brightest light around it.
@@ -233,8 +215,12 @@ void main() {
     vec4 surroundings = texelFetch(surroundings_tx, at >> 1, 0);
     // drawn_share: share of the pixel's light that is removed and drawn.
     float around = surroundings.r, surface = surface_of(surroundings.b);
-    float drawn_share = highlight_share(x.rgb, around), lamp_coc = coc;
-    vec2 brightest = brightest_visible(at, drawn_share > 0.0);
+    float drawn_share = share_of(at, vec4(x.rgb, coc), around), lamp_coc = coc;
+    bool is_rim = is_beside_nearer(at, coc);
+    Seen seen = look_around(at, coc, drawn_share > 0.0 || is_rim);
+    vec2 brightest = vec2(mean_of(seen.brightest.rgb), seen.brightest.a);
+    vec4 rim = is_rim ? rim_of(x.rgb, coc, seen, around) : vec4(0.0);  // rgb light of a nearer thing, a its coc
+    rim.rgb *= apart_from(surface, brightest.x) * disc_share(max(abs(coc), abs(brightest.y)));
     if (drawn_share > 0.0) {
         lamp_coc = brightest.y;
 #ifdef LISTS
@@ -248,7 +234,8 @@ void main() {
         drawn_share *= apart_from(surface, brightest.x) * disc_share(max(abs(coc), abs(lamp_coc)));
     }
     vec4 highlight = vec4(drawn_share * x.rgb, lamp_coc);
-    imageStore(out_diffuse_img, at, vec4(x.rgb - drawn_share * x.rgb, x.a));
+    if (mean_of(rim.rgb) > mean_of(highlight.rgb)) highlight = rim;
+    imageStore(out_diffuse_img, at, vec4(x.rgb - highlight.rgb, x.a));
 #ifdef LISTS
     split_list(at, coc, max(surroundings.g, around), surface, highlight);
 #endif
