@@ -5,18 +5,20 @@ Moving the pointer is none.
 """
 
 import re
+from pathlib import Path
 
 import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.view.view import Compare
+from heatlens.media.documents.reel_file import read_reel
 from heatlens.media.documents.shot_file import write_autosave, write_shot
 from support.gui import Gui, gui_of
 from support.mattes import matte_plate
 from support.scene_window import picture_center, reset_scene
 from support.sequences import FIRST
-from support.session_files import BALL, POST, QUICK, SKY
+from support.session_files import BALL, POST, QUICK, SKY, room_file
 from support.timeline_window import reset_window
 
 K = imgui.Key
@@ -180,6 +182,24 @@ def test_focus_follows_a_thing_of_a_matte_in_three_acts(session_context, tmp_pat
         gui.until(lambda: gui.session.facts.shot.key_frames, "the keys")
         focus_m = [gui.session.facts.shot.lens_at(it).focus_distance_m for it in (1, 2, 3)]
         assert focus_m == pytest.approx([2.1, 2.2, 2.3], abs=0.05) and hand.acts <= 3
+
+
+def test_reel_of_three_shots_takes_four_acts(session_context, tmp_path):
+    rooms = [str(room_file(tmp_path / f"{name}.exr")) for name in ("one", "two", "three")]
+    with gui_of(session_context, rooms[0], defocus=QUICK) as gui:
+        hand, reel = Hand(gui), gui.session.files.reel
+        gui.session.files.commands.open_dropped(rooms)
+        hand.acts += 1
+        gui.until(lambda: reel.reel is not None and reel.number == 0, "the reel")
+        hand.key(K.right_arrow, ctrl=True)
+        gui.until(lambda: gui.session.facts.shot.source == rooms[1], "the next shot")
+        hand.click("save reel")
+        gui.until(lambda: gui.ui.dialogs.is_open, "the dialog")
+        hand.key(K.enter)
+        gui.until(lambda: reel.path is not None and reel.path.exists(), "the file")
+        saved = read_reel(reel.path)
+        assert [Path(shot.source).stem for shot in saved.shots] == ["one", "two", "three"]
+        assert hand.acts <= 4
 
 
 def test_other_focal_length_keeps_the_size_of_a_mark_in_two_acts(window):
