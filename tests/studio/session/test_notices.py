@@ -36,6 +36,20 @@ def give(session, words: str) -> None:
     session.files.notices.answer(notice, next(it for it in notice.answers if it.words == words))
 
 
+def test_file_that_cannot_be_opened_is_told_over_the_picture_that_stays(session, tmp_path):
+    broken, pattern = tmp_path / "broken.exr", write_plates(tmp_path)
+    broken.write_bytes(b"no exr")
+    session.files.commands.open(pattern)
+    run_until_settled(session)
+    for words in ("Open another...", "OK"):
+        session.files.commands.open(str(broken))
+        run_until(session, lambda: session.files.notices.first is not None, "the notice")
+        notice = session.files.notices.first
+        assert "broken.exr is not" in notice.words and notice.answers[0].dialog == "open"
+        give(session, words)
+        assert session.files.notices.first is None and session.editing.shot.source == pattern
+
+
 def test_missing_frames_are_named_and_shown_as_answered(session, tmp_path):
     pattern = write_plates(tmp_path)
     for frame in (FIRST + 3, *range(FIRST + 6, FIRST + 12)):

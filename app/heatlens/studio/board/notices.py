@@ -6,6 +6,8 @@ from functools import partial
 
 from heatlens.core.base.messages import window_words
 from heatlens.core.model.depth_words import DepthConvention
+from heatlens.media.plate.estimate.trusted import UnknownNetworkError
+from heatlens.media.plate.header.channel_choice import NoDepthError
 from heatlens.media.sequence.sequence import MissingPolicy
 from heatlens.render.source.opened import Opened
 from heatlens.studio.session.files.open_reel import OpenReel
@@ -85,6 +87,7 @@ class Notices(Commands):
 
     def _present(self) -> Iterator[Notice]:
         """Yield the notices that are true now, the most urgent first."""
+        yield from self._about_refused_file()
         yield from self._about_stream()
         yield from self._about_media()
         yield from self._about_removed_shot()
@@ -92,6 +95,15 @@ class Notices(Commands):
             yield from self._about_depth()
             yield from self._about_frames()
         yield from self._about_scheduler()
+
+    def _about_refused_file(self) -> Iterator[Notice]:
+        """Yield why another file than the open one could not be opened, unless a box asks."""
+        refused, opened = self._source.opener.failure, self._source.opened
+        if refused is None or opened is None or opened.text == refused.text:
+            return
+        if not isinstance(refused.error, NoDepthError | UnknownNetworkError):
+            answers = Answer("Open another...", dialog="open"), Answer("OK")
+            yield Notice(window_words(refused.message), answers, id(refused))
 
     def _about_stream(self) -> Iterator[Notice]:
         """Yield what a renderer sent that cannot be used, and when it has left."""
