@@ -39,7 +39,7 @@ def preview_on_screen(
     screen, level = ScreenPictures(ctx), cheaper_levels(DefocusSettings())[-1]
     picture = run_all_steps(renderer.steps(replace(shot, defocus=level), enlarges=enlarges))
     shown = ShownPicture(picture, shot, 0, level, 0.0, diffused=renderer.light_without_highlights())
-    for _ in range(2):  # a plate that is new has no detail yet
+    for _ in range(5):  # a plate that is new has no detail yet, nor has a slow first use
         detail = screen.detail(shown, renderer.loaded, view)
     preview = screen.a(shown, 0, renderer.loaded, view, renderer.loaded.color)
     assert detail is not None and detail.coarse.size == preview.size == picture.size

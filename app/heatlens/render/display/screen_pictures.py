@@ -11,6 +11,7 @@ from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.plate_passes import ProxyPass, RescalePass, proxy_size
 from heatlens.render.defocus.quality import layers_for
 from heatlens.render.display.display_pass import DisplayPass
+from heatlens.render.display.first_uses import FirstUses
 from heatlens.render.display.overlay_pass import OverlayPass
 from heatlens.render.display.picture_pass import (
     CoarsePlate,
@@ -73,6 +74,7 @@ class ScreenPictures:
         self._sharpen_for_enlarging = EnlargePass(ctx)
         self._pool = TexturePool(ctx)
         self._previous_plate: Pinhole | None = None  # the plate of the previous preview
+        self.first_details = FirstUses()
         self._a = _Target(ctx, "A on the screen")
         self._b = _Target(ctx, "B on the screen")
         self._pinhole = _Target(ctx, "plate on the screen")
@@ -152,7 +154,10 @@ class ScreenPictures:
                 texture.release()
 
     def detail(self, shown: ShownPicture, plate: Pinhole, view: ViewState) -> Detail | None:
-        """Return the detail in focus that a preview lacks; None if whole, or for a new plate."""
+        """Return the detail in focus that a preview lacks.
+
+        None if the preview is whole, for a new plate, and before all passes of it were used.
+        """
         if not _is_reduced_preview(shown) or shown.shot.lens.breathing != 1.0:
             return None  # breathing scales the picture relative to the plate
         if self._previous_plate is not plate:  # in playback, each plate is shown only once
@@ -160,6 +165,14 @@ class ScreenPictures:
             return None
         proxy, lens = shown.settings.proxy, shown.shot.lens_at(shown.frame)
         optics = optics_of(plate.plate, plate.bins, lens)
+        size = proxy_size(plate.color.size, proxy)
+        passes = (
+            lambda: self._fine_plate(plate, shown.shot.defocus.proxy, view),
+            lambda: self._reduced_with_range(plate, size, shown.diffused),
+            lambda: self._coarse_plate(plate, shown, view, optics.line),
+        )
+        if not self.first_details.run(passes):
+            return None
         fine = self._fine_plate(plate, shown.shot.defocus.proxy, view)
         shares, coarse = self._coarse_plate(plate, shown, view, optics.line)
         return Detail(fine, coarse, shares, plate.depth, optics.line, 1.0 / proxy)

@@ -77,6 +77,7 @@ class Loop:
         self._show_background()
         imgui.create_context()
         pictures = ScreenPictures(gpu.device)
+        self._first_details = pictures.first_details
         front_end = FrontEnd(wake_window, pictures, True, sharing.shared.other_holder)
         self._session = session = Session(
             *(FrameRenderer(gpu.device), start, front_end, preferences),
@@ -197,7 +198,8 @@ class Loop:
         is_new = self._screen.make_frame(show, is_visible)
         # Panels show facts of a new picture one frame later, but the next sample of a turning ring
         # is more urgent.
-        if is_new and not self._session.lens.ring.is_turning:
+        has_more = is_new or self._first_details.is_spreading
+        if has_more and not self._session.lens.ring.is_turning:
             self._turn.draw_soon()
 
     # A pass of heatlens paints the picture under ImGui; it is not an image of ImGui. The backend of

@@ -1,0 +1,24 @@
+"""FirstUses: slow first uses are spread over frames, quick ones are not."""
+
+import pytest
+
+from heatlens.render.display.first_uses import FirstUses
+
+
+@pytest.mark.parametrize(("seconds", "frames"), [(0.001, 1), (0.1, 4), (0.015, 2)])
+def test_frame_ends_after_a_slow_pass(seconds, frames):
+    """Three passes are used once each and in their order, by as many frames as their time needs."""
+    now, used = [0.0], []
+
+    def make_use(name: int):
+        def use() -> None:
+            now[0] += seconds
+            used.append(name)
+
+        return use
+
+    uses, passes = FirstUses(lambda: now[0]), [make_use(name) for name in range(3)]
+    for _ in range(frames - 1):
+        assert not uses.run(passes) and uses.is_spreading
+    assert uses.run(passes) and not uses.is_spreading
+    assert uses.run(passes) and used == [0, 1, 2]
