@@ -22,6 +22,7 @@ uniform sampler2D last_tx;
 #define GROUPS_MOST 6      // most surfaces of a pixel; the last one gets all remaining samples
 #define LEAST_COVER 0.004  // less than the smallest share that samples can resolve
 #define BEHIND_COUNT (behind_side * behind_side)
+#define BEHIND_MOST 8      // samples of both surfaces behind, at most
 
 uniform int front_side;
 uniform int behind_side;
@@ -30,12 +31,7 @@ uniform int behind_side;
 bool is_done;
 int front_count;     // number of front samples; 1 if the pixel is done
 float own_dioptres;  // dioptres of the visible surface, used if the pixel is done
-
-void begin_pixel(ivec2 at, float depth_m) {
-    is_done = texelFetch(done_tx, at, 0).r > 0.0;
-    front_count = is_done ? 1 : PEEL_DRAWS * front_side * front_side;
-    own_dioptres = 1.0 / depth_m;
-}
+vec4 behind_samples[BEHIND_MOST];  // those of `behind_sample`, which each surface looks through
 
 // Front sample i of a pixel: rgb, a dioptres. In a pixel that is done it has no color.
 vec4 front_sample(ivec2 pixel, int i) {
@@ -62,16 +58,24 @@ vec4 behind_sample(ivec2 at, bool is_last) {
     return has_next && next.a > 0.0 ? texelFetch(last_tx, at, 0) : vec4(vec3(0.0), -1.0);
 }
 
+// Prepares a pixel: `at` in the picture, `pixel` in the band that was drawn. `depth_m` is that of the picture.
+void begin_pixel(ivec2 at, ivec2 pixel, float depth_m) {
+    is_done = texelFetch(done_tx, at, 0).r > 0.0;
+    front_count = is_done ? 1 : PEEL_DRAWS * front_side * front_side;
+    own_dioptres = 1.0 / depth_m;
+    for (int i = 0; i < 2 * BEHIND_COUNT; ++i) {
+        int k = i >> 1;
+        ivec2 sample_at = behind_side * pixel + ivec2(k % behind_side, k / behind_side);
+        behind_samples[i] = behind_sample(sample_at, (i & 1) == 1);
+    }
+}
+
 // Dioptres of the nearest sample of a pixel. A hidden one may be nearer than all visible ones, because these are at
 // other points of the pixel.
 float nearest_sample(ivec2 pixel) {
     float nearest = -1.0;
     for (int i = 0; i < front_count; ++i) nearest = max(nearest, front_sample(pixel, i).a);
-    for (int i = 0; i < 2 * BEHIND_COUNT; ++i) {
-        int k = i >> 1;
-        ivec2 at = behind_side * pixel + ivec2(k % behind_side, k / behind_side);
-        nearest = max(nearest, behind_sample(at, (i & 1) == 1).a);
-    }
+    for (int i = 0; i < 2 * BEHIND_COUNT; ++i) nearest = max(nearest, behind_samples[i].a);
     return nearest;
 }
 
@@ -90,9 +94,7 @@ Group group_within(ivec2 pixel, float low, float high, inout int open_count, out
         if (x.a < low) next = max(next, x.a);
     }
     for (int i = 0; i < 2 * BEHIND_COUNT; ++i) {
-        int k = i >> 1;
-        ivec2 at = behind_side * pixel + ivec2(k % behind_side, k / behind_side);
-        vec4 x = behind_sample(at, (i & 1) == 1);
+        vec4 x = behind_samples[i];
         bool is_within = x.a >= low && x.a < high;
         hidden += is_within ? x : vec4(0.0);
         hidden_count += int(is_within);

@@ -79,7 +79,7 @@ void main() {
     uint index = uint(at.y * size.x + at.x), count = 0u;
     bool has_front = false, is_first = true;
     float depth_m = texelFetch(depth_tx, at, 0).r;
-    begin_pixel(at, depth_m);
+    begin_pixel(at, pixel, depth_m);
     int uncovered_count = front_count;  // front samples that no surface has taken yet
     float limit = 1e30;  // dioptres below which the next surface is
     float nearest = nearest_sample(pixel);  // its dioptres; negative if no sample is left
