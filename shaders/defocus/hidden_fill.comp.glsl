@@ -54,6 +54,7 @@ layout(rg32f) uniform writeonly image2D out_state_img;
 // and one pixel on. Both are shares of the depth behind the silhouette that the lens can see (listed_tx).
 #define LISTED_FROM 0.5
 #define LISTED_TO 1.0
+#define IN_FOCUS_TO 1.0        // |coc| in pixels up to which a surface is in focus
 #define LEAST_SIMILARITY 1e-4  // added to the similarity: if no direction has similar ends the nearest decide
 #define DISTANCE_POWER 2.0     // weights fall with this power of the distance between the ends
 #define ALIKE_TO 0.4           // similarity of the best direction above which the guess follows structure
@@ -71,12 +72,17 @@ struct Content {
     float diameter;  // |coc| in pixels, multiplied by coverage
 };
 
+// The share of a pixel's color that is a highlight.
+float highlight_share_at(vec3 color, ivec2 at) {
+    return has_highlights ? highlight_share(color, texelFetch(around_tx, at >> 1, 0).r) : 0.0;
+}
+
 // The visible content of a pixel; a highlight is reduced to its surroundings, because it must not
 // spread.
 Content content_at(ivec2 at) {
     vec4 layer = imageLoad(layer_img, at);
     vec3 color = layer.rgb / max(layer.a, 1e-4);
-    if (has_highlights) color *= 1.0 - highlight_share(color, texelFetch(around_tx, at >> 1, 0).r);
+    color *= 1.0 - highlight_share_at(color, at);
     return Content(vec4(dim(color) * layer.a, layer.a), texelFetch(state_tx, at, 0).r * layer.a);
 }
 
@@ -252,8 +258,11 @@ void fill_pixel(ivec2 at, Guess guess) {
 #ifdef MATCHED
     own.rgb *= mix(vec3(1.0), match_at(at >> 1), listed.r / max(listed.r + known, 1e-6));
 #endif
-    // out_of_sight: 0 where the lens can see the listed surface, 1 so far behind the silhouette that it cannot.
+    // out_of_sight: 0 where the lens can see the listed surface, 1 so far behind the silhouette that it cannot. A surface
+    // in focus is in its place there too, but without highlights: they would shine through a coverage of nearly 1.
     float out_of_sight = smoothstep(LISTED_FROM * listed.g, LISTED_TO * listed.g + 1.0, guess.gap_px);
+    own.rgb *= 1.0 - out_of_sight * highlight_share_at(own.rgb / max(own.a, 1e-4), at);
+    out_of_sight *= smoothstep(IN_FOCUS_TO, 3.0 * IN_FOCUS_TO, state.r);
     known = min(known + listed.r * (1.0 - out_of_sight), 1.0);
 #endif
     vec4 layer = mix(guess.layer, own, known);
