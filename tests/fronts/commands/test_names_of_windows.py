@@ -70,7 +70,7 @@ def test_ctrl_c_leaves_no_unfinished_file(screen, tmp_path):
     """No parent process removes them there, as one does on Linux."""
     out = tmp_path / "out"
     environment = ENVIRONMENT | environment_of("3.11") | {"DISPLAY": screen.display}
-    words = ("export", "demo", "-o", out / "n.mp4", "--size", "320x180", "--frames", "1-48")
+    words = ("export", "demo", "-o", out / "n.mp4", "--size", "64x36", "--frames", "1-90")
     process = start_heatlens(*words, env=environment)
     end = time.monotonic() + WAIT_S
     while not list(out.glob(".heatlens-*")):
