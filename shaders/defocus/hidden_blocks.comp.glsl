@@ -30,6 +30,7 @@ layout(rgba32f) uniform writeonly image2D out_cost_img;
 layout(rgba32f) uniform writeonly image2D out_match_img;
 #endif
 layout(std430) buffer bits_block { uint bits_buf[]; };
+uniform bool is_second_round;  // in which pixels with a guess are visible (lib/entering.lib.glsl)
 uniform int slices;  // number of slices in which later passes work through the list
 #ifdef EACH_PIXEL
 #define MAY_SHARE false
@@ -38,13 +39,15 @@ uniform int slices;  // number of slices in which later passes work through the 
 #endif
 #define DEEP_PX 3  // distance from all visible pixels, along rows and columns, from which the guess is smooth
 
-// Marks a pixel as not visible, in the masks of all directions.
-void clear_pixel(ivec2 at) {
+// Marks a pixel as visible or not, in the masks of all directions.
+void mark_pixel(ivec2 at, bool is_visible) {
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) {
         int i = position_of(k, at);
         int line = line_of(k, at, layer_size) * words_per_line(k, layer_size);
         int word = first_word(k, layer_size) + line + (i >> 5);
-        atomicAnd(bits_buf[word], ~(1u << (i & 31)));
+        uint bit = 1u << (i & 31);
+        if (is_visible) atomicOr(bits_buf[word], bit);
+        else atomicAnd(bits_buf[word], ~bit);
     }
 }
 
@@ -85,13 +88,16 @@ bool is_surrounded(ivec2 first) {
         is_hidden(first - ivec2(0, DEEP_PX)) && is_hidden(first + ivec2(0, far));
 }
 
-// Clears a hidden pixel, and lists it unless its block is listed as a whole.
+// Clears a hidden pixel, and lists it unless its block is listed as a whole. In the second round, a
+// pixel with a guess is visible from now on.
 void list_block(ivec2 at) {
+    bool has_guess = texelFetch(layer_tx, at, 0).a >= 0.0;
+    if (has_guess || !is_second_round) mark_pixel(at, has_guess);
+    if (has_guess) return;
     ivec2 first = at & ~1, pixel_in_block = at - first;
     uint hidden = hidden_in(first), earlier_bits = (1u << (pixel_in_block.x + 2 * pixel_in_block.y)) - 1u;
     bool is_first = (hidden & earlier_bits) == 0u, is_whole = hidden == 15u && is_surrounded(first);
-    clear_pixel(at);
-    clear_cost(at >> 1, is_first);
+    clear_cost(at >> 1, is_first && !is_second_round);
     if (is_first || !is_whole)
         append_word(is_first, uint(at.y) << 16 | uint(at.x) | (is_whole ? MARK_WHOLE : 0u), slices);
 }

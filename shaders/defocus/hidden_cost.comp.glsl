@@ -10,9 +10,11 @@
 //   layer_tx       rgb times coverage, a coverage; below 0 in a hidden pixel (lib/hidden.lib.glsl)
 //   bits_buf       a bit for each pixel, set if it is visible; each direction has a mask of its own
 //   two lists      first: the first hidden pixel of each block (hidden_blocks.comp.glsl)
+//   coc_tx         r signed coc of the picture, read where a surface passes into the layer (lib/entering.lib.glsl)
 // Output (one texel a block; only blocks with hidden pixels are written)
-//   out_cost_img   one channel a direction: mean squared difference of the ends in compressed color
-//                  (lib/tone.lib.glsl), less if both ends are of one stripe; NO_COST if not both exist or are near enough
+//   cost_img       one channel a direction: mean squared difference of the ends in compressed color
+//                  (lib/tone.lib.glsl), less if both ends are of one stripe; NO_COST if not both exist or are near enough;
+//                  in the second round it has those of the first before
 // With MATCHED, for fragment lists whose hidden surfaces are lit differently from the visible ones, also
 //   inputs   state_tx       r diameter |coc| in pixels of the layer, g share of content
 //            listed_tx      r share of a pixel that only a list gives, g depth behind the silhouette, in pixels
@@ -20,13 +22,14 @@
 //                           beyond its end; a its confidence, -1 where it was not measured
 
 #include "lib/hidden_block.lib.glsl"  // layer_size, PIXELS_PER_GROUP, FOR_EACH_IN_FIRST, pixel_of_word
+#include "lib/entering.lib.glsl"  // is_second_round, has_entering, entering_of
 #include "lib/visible_bits.lib.glsl"  // is_visible, is_beyond_reach, ends_of, DIRECTION
 #include "lib/tone.lib.glsl"  // compress_light
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
 uniform sampler2D layer_tx;
-layout(rgba32f) uniform writeonly image2D out_cost_img;
+layout(rgba32f) uniform image2D cost_img;
 
 #define TAPS 2            // pixels to compare on each side: the end and one pixel behind it
 #define TAP_WEIGHT 0.5    // weight of the pixels behind the ends
@@ -96,6 +99,14 @@ float cost_of(ivec2 at, int k, ivec2 ends) {
 #define IS_MATCHED false
 #endif
 
+// The costs of the second round, mixed with those of the first as far as the ends of the second are partly known.
+vec4 mixed_with_first(vec4 first, vec4 second, ivec2 at, ivec2 ends[HIDDEN_DIRECTIONS]) {
+    vec2 entering = vec2(0.0);
+    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) entering += entering_of(at, k, ends[k], vec2(1.0));
+    vec4 mixed = mix(first, second, entering.y > 0.0 ? entering.x / entering.y : 0.0);
+    return mix(mixed, second, lessThan(first, vec4(0.5 * NO_COST)));
+}
+
 // Measures the block of a listed pixel, from that pixel.
 void compare_ends(uint listed) {
     ivec2 at = pixel_of_word(listed);
@@ -104,10 +115,12 @@ void compare_ends(uint listed) {
         ivec2[](ends_of(0, at, layer_size), ends_of(1, at, layer_size), ivec2(0), ivec2(0));
     bool needs_ends = line_share_of(ends[0], ends[1], reach_px) < 1.0;  // lines alone need no ends
     for (int k = 2; (IS_MATCHED || needs_ends) && k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, layer_size);
-    bool is_in_reach = !is_beyond_reach(ends), is_needed = needs_ends && is_in_reach;  // a lens sees nothing beyond reach
+    bool is_in_reach = !is_beyond_reach(ends) && (!is_second_round || has_entering(at, ends));
+    bool is_needed = needs_ends && is_in_reach;  // a lens sees nothing beyond reach
     for (int k = 0; is_needed && k < HIDDEN_DIRECTIONS; ++k)
         if (all(greaterThan(ends[k], ivec2(0)))) cost[k] = cost_of(at, k, ends[k]);
-    imageStore(out_cost_img, at >> 1, cost);
+    if (is_second_round) cost = mixed_with_first(imageLoad(cost_img, at >> 1), cost, at, ends);
+    imageStore(cost_img, at >> 1, cost);
 #ifdef MATCHED
     imageStore(out_match_img, at >> 1, match_of(at, ends, is_in_reach));
 #endif

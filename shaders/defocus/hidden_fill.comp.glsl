@@ -23,6 +23,7 @@
 //                     see (layer_split.comp.glsl); as deep as that, lists are preferred to a guess
 //   rows_steadiness_tx, columns_steadiness_tx   with LINES: r logarithm of the weight of a row and of a column, in nodes
 //                     (lib/steadiness_system.lib.glsl)
+//   coc_tx            r signed coc of the picture, read where a surface passes into the layer (lib/entering.lib.glsl)
 //   match_tx          with MATCHED: the correction of their brightness (hidden_cost.comp.glsl)
 // In and out; read at visible and hidden pixels, written at hidden ones
 //   layer_img         rgb times coverage, a coverage. Before the pass, a of a hidden pixel is below 0 and packs its
@@ -33,7 +34,8 @@
 #include "lib/hidden_block.lib.glsl"  // MARK_WHOLE, neighbor_block, layer_size, PIXELS_PER_GROUP ...
 #include "lib/highlight_limit.lib.glsl"  // highlight_share, dim, undim
 #include "lib/layer.lib.glsl"  // solidity
-#include "lib/visible_bits.lib.glsl"  // is_visible, is_beyond_reach, ends_of, marked_known, marked_cover, DIRECTION
+#include "lib/entering.lib.glsl"  // is_entered, is_second_round, free_share_at, has_entering ...
+#include "lib/visible_bits.lib.glsl"  // is_visible, is_beyond_reach, ends_of, hidden_mark, marked_known, marked_cover ...
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
@@ -62,6 +64,7 @@ layout(rg32f) uniform writeonly image2D out_state_img;
 #define ONE_END_WEIGHT 0.02    // weight of an end without a partner: it gives color but no structure
 #define DIAGONAL_LOSS 40.0     // how much less diagonals count where lines are followed, as a logarithm
 #define LINE_BEHIND 0.6        // how far the pixels behind an end are averaged where lines are followed, in steps
+#define MOST_SHOWN 0.85        // how far the nearer layer, which has the same surface, shows it at most: its guess is soft
 #define BEHIND_REACH 0.26      // share of an end's diameter that is averaged behind it, with falling weight
 #define BEHIND_MOST 64         // samples are 1, 2, 4 .. 32 pixels behind an end, each for its whole interval
 
@@ -117,7 +120,7 @@ Content end_at(ivec2 end, ivec2 away_direction, float step_px, float smooth_px, 
         ivec2 p = end + steps * away_direction;
         if (float(steps) >= reach || p != clamp(p, ivec2(0), size - 1) || !is_visible(p, size)) continue;
         float relative_distance = float(steps) / reach, falloff = 1.0 - relative_distance * relative_distance;
-        add(sum, weights, float(steps) * falloff * falloff, content_at(p));
+        add(sum, weights, float(steps) * falloff * falloff * free_share_at(p), content_at(p));
     } while ((steps *= 2) < BEHIND_MOST && float(steps) < reach);
     return Content(sum.layer / weights, sum.diameter / weights);
 }
@@ -150,6 +153,7 @@ struct Guess {
     float gap_px;    // distance to the nearest visible pixel
     vec4 layer;      // rgb times coverage, a coverage
     float diameter;  // |coc| in pixels
+    float share;     // how far it counts; 1 in the first round
 };
 
 // Distance to the nearest end in pixels.
@@ -220,9 +224,10 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     ivec2 ends[HIDDEN_DIRECTIONS] = ivec2[](ends_of(0, at, size), ends_of(1, at, size), ivec2(0), ivec2(0));
     float line_share = line_share_of(ends[0], ends[1], reach_px);
     for (int k = 2; (IS_LISTED || line_share < 1.0) && k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
-    bool is_in_reach = !is_beyond_reach(ends);
+    bool is_in_reach = !is_beyond_reach(ends) && (!is_second_round || has_entering(at, ends));
     vec4 cost = mean_cost(at >> 1, is_in_reach && line_share < 1.0);
     Content sum = Content(vec4(0.0), 0.0);
+    vec2 entering = vec2(0.0);
     float weights = 0.0, smooth_share = smooth_share_of(ends, cost);
     int k = 0, directions = line_share < 1.0 ? HIDDEN_DIRECTIONS : 2;  // where lines alone decide, no diagonals
     do {
@@ -234,24 +239,29 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
         float step_px = STEP_LENGTH[k];
         Content end_ahead = end_at(at + ends[k].x * DIRECTION[k], DIRECTION[k], step_px, smooth_px.x, size);
         Content end_back = end_at(at - ends[k].y * DIRECTION[k], -DIRECTION[k], step_px, smooth_px.y, size);
+        entering += is_second_round ? entering_of(at, k, ends[k], ends_weight.weight) : vec2(0.0);
         if (is_in_reach && ends[k].x > 0) add(sum, weights, ends_weight.weight.x, end_ahead);
         if (is_in_reach && ends[k].y > 0) add(sum, weights, ends_weight.weight.y, end_back);
     } while (is_in_reach && ++k < directions);
-    guess = Guess(nearest_of(ends), vec4(0.0), 0.0);
+    guess = Guess(nearest_of(ends), vec4(0.0), 0.0, is_second_round ? 0.0 : 1.0);
     if (weights == 0.0) {    // no pixel of this layer is visible near enough in any direction
         guess.gap_px = 0.0;  // lists are used alone
         return;
     }
     float cover = sum.layer.a / weights;  // mean coverage; colors and diameters are divided by their coverage
     float per_cover = 1.0 / max(sum.layer.a, 1e-4 * weights);
-    guess = Guess(guess.gap_px, vec4(undim(sum.layer.rgb * per_cover) * cover, cover), sum.diameter * per_cover);
+    if (is_second_round) guess.share = share_of_entering(entering, MOST_SHOWN * entering.y / weights);
+    guess.layer = vec4(undim(sum.layer.rgb * per_cover) * cover, cover);
+    guess.diameter = sum.diameter * per_cover;
 }
 
 // Writes a pixel: the guess, mixed with what is known of the pixel itself (own).
 void fill_pixel(ivec2 at, Guess guess) {
     vec4 own = imageLoad(layer_img, at);
     vec2 state = texelFetch(state_tx, at, 0).rg;
-    float known = marked_known(own.a);
+    float known = max(marked_known(own.a), 1.0 - guess.share);  // in the second round, the pixel has its first guess
+    if (is_second_round && marked_cover(own.a) == 0.0 && guess.share > 0.0) known = 0.0;  // there was nothing to guess from
+    bool is_kept = is_entered && !is_second_round && known == 0.0;
     own.a = marked_cover(own.a);
 #ifdef LISTS
     vec2 listed = texelFetch(listed_tx, at, 0).rg;
@@ -269,6 +279,7 @@ void fill_pixel(ivec2 at, Guess guess) {
     float own_weight = known * own.a, guess_weight = (1.0 - known) * guess.layer.a;
     float diameter = (own_weight * state.r + guess_weight * guess.diameter) / max(own_weight + guess_weight, 1e-6);
     float content = mix(solidity(guess.layer.a), state.g, known);
+    if (is_kept) layer.a = hidden_mark(layer.a, 0.0);
     imageStore(layer_img, at, layer);
     imageStore(out_state_img, at, vec4(diameter, content, 0.0, 0.0));
 }

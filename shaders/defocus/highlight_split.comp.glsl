@@ -19,7 +19,7 @@
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, fragment_buf, Fragment, WORDS
 #endif
-#include "lib/highlight_limit.lib.glsl"  // NO_HIGHLIGHT, limit_of, surface_of, highlight_share, mean_of
+#include "lib/highlight_limit.lib.glsl"  // NO_HIGHLIGHT, limit_of, surface_of, not_before_focus, highlight_share, mean_of
 #include "lib/highlight_rim.lib.glsl"  // Seen, look_around, is_beside_nearer, share_of, rim_of, color_tx, coc_tx
 #include "lib/lit_bits.lib.glsl"  // lit_word, lit_bit, lit_buf
 
@@ -40,6 +40,7 @@ layout(std430) writeonly buffer diffuse_fragment_block { uint diffuse_fragment_b
 // smooth transition in between.
 #define LEAST_COC_PX 0.25
 #define WHOLE_COC_PX 0.75
+#define LEAST_BEHIND 0.02  // share of the surroundings that must not be before the focus, to tell what is there
 
 #ifdef LISTS
 uniform bool has_positions;         // the positions of lights in their pixels are known (highlight_sprites.comp.glsl)
@@ -221,6 +222,11 @@ void main() {
     vec2 brightest = vec2(mean_of(seen.brightest.rgb), seen.brightest.a);
     vec4 rim = is_rim ? rim_of(x.rgb, coc, seen, around) : vec4(0.0);  // rgb light of a nearer thing, a its coc
     rim.rgb *= apart_from(surface, brightest.x) * disc_share(max(abs(coc), abs(brightest.y)));
+    float surface_behind = surface;
+#ifndef LISTS
+    surface_behind = max(surface, surface_of(surroundings.g / max(surroundings.a, LEAST_BEHIND)));
+    surface = mix(surface, surface_behind, not_before_focus(coc));
+#endif
     if (drawn_share > 0.0) {
         lamp_coc = brightest.y;
 #ifdef LISTS
@@ -243,5 +249,5 @@ void main() {
         imageStore(out_highlight_img, at, highlight);
         atomicOr(lit_buf[lit_word(at, textureSize(color_tx, 0))], lit_bit(at));
     }
-    imageStore(out_around_img, at >> 1, vec4(mix(around, NO_HIGHLIGHT, surface)));
+    imageStore(out_around_img, at >> 1, vec4(mix(around, NO_HIGHLIGHT, surface_behind)));
 }

@@ -26,7 +26,7 @@
 //   out_layer_img rgb times coverage, a coverage; of a hidden pixel a is below 0 and packs its coverage and its known
 //                 share (hidden_mark of lib/hidden.lib.glsl)
 //   out_state_img r diameter |coc| in pixels of the layer, g share of content (solid), 0..1
-//   pixel list    the hidden pixels
+//   pixel list    the hidden pixels; with is_entered, those of the entering surface too (lib/entering.lib.glsl)
 // With LISTS, for pictures with fragment lists (lib/fragment_list.lib.glsl), hidden pixels carry their listed share of
 // the layer in these images, and there is one more output:
 //   out_listed_img r listed share, g depth behind the silhouette to which a lens can see, in pixels of the layer
@@ -50,6 +50,7 @@ uniform sampler2D kind_tx;
 uniform sampler2D far_tx;
 uniform sampler2D near_tx;
 uniform bool is_farthest;  // it covers everything that is visible
+uniform bool is_entered;   // a surface passes into the layer
 uniform int reduction;     // side of a pixel of the layer, in pixels of the picture
 uniform ivec2 layer_size;  // in pixels of its own; a smaller layer is in the corner of the images
 layout(rgba32f) uniform writeonly image2D out_layer_img;
@@ -104,6 +105,7 @@ struct Sum {
     float solid;     // times known
     float known;
     float count;     // picture pixels added
+    float ends;      // those that are ends of the guess in full
 #ifdef LISTS
     float listed;
     float depth_px;  // depth behind the silhouette to which a lens can see, times listed
@@ -210,6 +212,7 @@ void add_pixel(inout Sum sum, ivec2 at) {
     sum.solid += solid;
     sum.known += known;
     sum.count += 1.0;
+    sum.ends += step(END, max(seen, has_near));
 }
 
 // Writes a pixel of the layer from its sums, and lists it if it is hidden.
@@ -231,7 +234,7 @@ void store(ivec2 at, Sum sum) {
 #ifdef REDUCED
     known = min(known / VISIBLE_ENOUGH, 1.0);
 #endif
-    bool hidden = known < 1.0;
+    bool hidden = known < 1.0 || is_entered && sum.ends < sum.count;
     if (hidden) list_append(at);
     vec4 layer = sum.layer * of_known;
     float diameter = sum.diameter / max(sum.solid + LEAST_SOLID * sum.known, 1e-18) / float(reduction);
@@ -245,7 +248,7 @@ void split_tile(ivec2 tile) {
     if (any(greaterThanEqual(at, layer_size))) return;
     Sum sum;
     sum.layer = vec4(0.0);
-    sum.diameter = sum.solid = sum.known = sum.count = 0.0;
+    sum.diameter = sum.solid = sum.known = sum.count = sum.ends = 0.0;
 #ifdef LISTS
     sum.listed = sum.depth_px = 0.0;
 #endif

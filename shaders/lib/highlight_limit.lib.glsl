@@ -28,6 +28,10 @@ float surface_share(float luminance) {
 // Degree to which this is a bright surface, 0..1. `bright_share` is the share of its surroundings that is bright.
 float surface_of(float bright_share) { return smoothstep(SURFACE_FROM, SURFACE_TO, bright_share); }
 
+// Degree to which a surface with this signed coc is not before the focus, 0..1. Between dark things before the focus, a
+// bright surface is measured among such surfaces alone: a sky between leaves is no lamp, however little of it is seen.
+float not_before_focus(float coc) { return smoothstep(-1.5, -0.5, coc); }
+
 // Share of this light that belongs to a highlight, 0..1. What remains is the limit for light just above the limit, and
 // falls to the level of the surroundings for light far above it.
 float highlight_share(vec3 color, float around) {

@@ -20,6 +20,7 @@ uniform vec2 cut_far_px;   // the cut away from the camera, in the same form
 // transparent in between, and dark where a third one hides it.
 #define KNOWN 0.5
 #define COVERS 0.55
+#define END 0.9  // visibility from which a pixel is an end of the guess in full (lib/entering.lib.glsl)
 
 // Share of a pixel with this coc that is nearer than the cut: 1 near, 0 far.
 float nearer_than(vec2 cut_px, float coc_px) {

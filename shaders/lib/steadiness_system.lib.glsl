@@ -7,7 +7,7 @@
 //
 // Inputs
 //   layer_tx     rgb times coverage, a coverage, in visible pixels
-//   bits_buf     visible pixels (lib/visible_bits.lib.glsl)
+//   bits_buf     pixels of active tiles (lib/visible_bits.lib.glsl)
 // Output
 //   out_steadiness_img   r logarithm of the weight of the line, one texel for each node
 //
@@ -15,6 +15,7 @@
 
 #include "lib/number.lib.glsl"  // Num, Value, ZERO_NUM, value, real_part
 #include "lib/line.lib.glsl"  // for the strategy that solves this system
+#include "lib/entering.lib.glsl"  // is_entered, free_share, coc_tx
 #include "lib/strips.lib.glsl"  // for the strategy that solves this system
 #include "lib/tone.lib.glsl"  // compress_light, mean_of
 #include "lib/visible_bits.lib.glsl"  // is_visible
@@ -48,8 +49,10 @@ Input input_at(ivec2 node) {
         ivec2 at = node + ALONG * ((LINE_NODE - 1) * node + i);
         if (any(greaterThanEqual(at, layer_size)) || !is_visible(at, layer_size)) continue;
         vec4 layer = texelFetch(layer_tx, at, 0);
+        float share = layer.a >= 0.0 ? 1.0 : is_entered ? free_share(visibility(texelFetch(coc_tx, at, 0).r)) : 0.0;
+        if (layer.a < 0.0) layer.a = marked_cover(layer.a);
         vec2 toned = vec2(LIGHT_SHARE * mean_of(compress_light(layer.rgb / max(layer.a, 1e-4))), 1.0) * layer.a;
-        sum += vec4(1.0, toned, dot(toned, toned));
+        sum += share * vec4(1.0, toned, dot(toned, toned));
     }
     return Input(sum * (float(SAMPLE_PX) / float(LINE_NODE)));
 }

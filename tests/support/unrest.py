@@ -13,12 +13,13 @@ def unrest(frames: Sequence[Image]) -> float:
     `frames` are linear (H, W, 3). Each one's display values are compared with the mean of the
     frames before and after it; the result is the largest mean difference over the median one.
     """
-    display = np.array([_display(frame) for frame in frames])
+    display = np.array([display_of(frame) for frame in frames])
     mean_differences = np.abs(display[2:] - 2 * display[1:-1] + display[:-2]).mean(axis=(1, 2, 3))
     return float(mean_differences.max() / np.median(mean_differences))
 
 
-def _display(frame: Image) -> Image:
+def display_of(frame: Image) -> Image:
+    """Return display values (sRGB), 0..1, of scene-linear light."""
     light = np.clip(frame, 0.0, 1.0)
     return np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
 
@@ -29,7 +30,7 @@ def flash(frames: Sequence[Image], side: int = 4) -> float:
     Blocks of `side` pixels count if their mean differs from that in the frame before and in the
     frame after in the same direction, and then with the smaller difference.
     """
-    display = np.array([_display(frame) for frame in frames]).mean(axis=-1)
+    display = np.array([display_of(frame) for frame in frames]).mean(axis=-1)
     count, height, width = display.shape
     cropped = display[:, : height - height % side, : width - width % side]
     cells = (count, height // side, side, width // side, side)

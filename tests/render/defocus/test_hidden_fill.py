@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from heatlens.render.defocus.layer_passes import HiddenFillPass, HiddenScratch, Layer
+from heatlens.render.defocus.hidden_fill import Ends, HiddenFillPass, HiddenScratch, Steadiness
+from heatlens.render.defocus.layer_cuts import FARTHER_THAN_ALL, NEARER_THAN_ALL, LayerCut
+from heatlens.render.defocus.layer_passes import Layer
 from heatlens.render.defocus.line_solver import usual_solver
-from heatlens.render.defocus.line_steadiness import Steadiness
 from heatlens.render.defocus.pixel_list import list_bytes
 from heatlens.render.defocus.tile_mask import TileList, TileMask, WholePictures, visibility_bytes
 from heatlens.render.defocus.tile_pass import VisibleBitsPass
@@ -52,6 +53,7 @@ def fill_hidden(
         pixels,
         scratch,
         reach_px,
+        Ends(target.state, LayerCut(NEARER_THAN_ALL, FARTHER_THAN_ALL)),
         shape_share=shape_share or 0.0,
         each_pixel=has_shapes,
     )

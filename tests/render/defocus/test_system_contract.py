@@ -12,11 +12,11 @@ import pytest
 
 from heatlens.core.base.paths import data_dir
 from heatlens.render.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion, pole_layers
+from heatlens.render.defocus.hidden_fill import Ends, Steadiness, SteadinessPass
 from heatlens.render.defocus.kernels import named_kernel
 from heatlens.render.defocus.layer_cuts import FARTHER_THAN_ALL, NEARER_THAN_ALL, LayerCut
 from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.line_solver import Band, LineSolver, LineSystem
-from heatlens.render.defocus.line_steadiness import Steadiness, SteadinessPass
 from heatlens.render.defocus.tile_mask import visibility_bytes
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram
@@ -157,7 +157,8 @@ def probe_steadiness(ctx: Device, probe: ContractProbe, rng) -> None:
     words = rng.integers(0, 1 << 32, visibility_bytes(size) // 4, np.uint32)
     words[rng.random(words.size) < 0.5] = 0
     lines = Steadiness(*(new_texture(ctx, nodes, 1) for nodes in Steadiness.sizes(size)))
-    for _ in SteadinessPass(probe).steps(color, size, ctx.buffer(words.tobytes()), lines):
+    ends = Ends(color, LayerCut(NEARER_THAN_ALL, FARTHER_THAN_ALL))
+    for _ in SteadinessPass(probe).steps(color, size, ctx.buffer(words.tobytes()), ends, lines):
         pass
 
 

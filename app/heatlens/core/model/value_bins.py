@@ -36,6 +36,16 @@ class ValueBins:
         return np.asarray(np.clip(ends.ravel(), self.low, self.high), np.float64)
 
     @property
+    def occupied_shares(self) -> NDArray[np.float64]:
+        """The share of all values up to each of the `occupied` ends, 0..1, ascending, (2 n,)."""
+        if not bin_step(self.low, self.high):
+            return np.array([0.0, 1.0])
+        counts = self.counts[self.counts > 0]
+        until = np.cumsum(counts)
+        shares = np.stack([until - counts, until], axis=-1) / until[-1]
+        return np.asarray(shares.ravel(), np.float64)
+
+    @property
     def middles(self) -> NDArray[np.float64]:
         """(BINS,) the values in the middle of each bin."""
         step = bin_step(self.low, self.high)

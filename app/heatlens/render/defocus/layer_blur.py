@@ -5,9 +5,9 @@ from collections.abc import Iterator
 
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.render.defocus.blur_pass import BlurTargets, Diffusion, Over
-from heatlens.render.defocus.layer_passes import CocFillPass, HiddenScratch, Layer
+from heatlens.render.defocus.hidden_fill import Ends, HiddenScratch, Steadiness
+from heatlens.render.defocus.layer_passes import CocFillPass, Layer
 from heatlens.render.defocus.layer_plan import LayerPlan
-from heatlens.render.defocus.line_steadiness import Steadiness
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.passes import DefocusPasses
 from heatlens.render.defocus.pixel_list import list_bytes
@@ -112,11 +112,13 @@ class LayerBlur:
         reach_px = math.ceil(plan.uncovered_px / plan.reduction)
         # only a layer in focus, at full size, may hold highlights
         around = picture.around if plan.is_in_focus and plan.reduction == 1 else None
+        ends = Ends(picture.coc, plan.cut, plan.is_entered and picture.lists is None)
         return self._passes.hidden.steps(
             layer,
             hidden,
             hidden_scratch,
             reach_px,
+            ends,
             around,
             plan.shape_share,
             plan.shows_pixels,

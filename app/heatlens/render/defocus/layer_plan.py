@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from heatlens.render.defocus.layer_cuts import FARTHER_THAN_ALL, LayerCut
+from heatlens.render.defocus.layer_cuts import FARTHER_THAN_ALL, Cut, LayerCut
 from heatlens.render.defocus.optics import Optics
 
 REDUCTIONS = (8, 4, 2)
@@ -18,6 +18,8 @@ LEAST_REDUCED_PX = 7.0  # smallest coc of a reduced layer, in its own pixels
 ALONE_FROM_PX = 8.0  # coc from which a reduced layer is not mixed with the one at twice its size
 LEAST_REDUCED_SIDE = 64  # smallest shorter side of a reduced layer; smaller ones gain little
 SPREAD = 1.0  # reach of a kernel, relative to the coc; beyond it, less than a thousandth is left
+_END_BY = 0.61  # where in a cut, from its middle, a pixel is visible by END (lib/layer.lib.glsl)
+_ENTERED_SHARE = 0.03  # share of the picture from which a surface that enters a layer is wide
 SHAPES_WITHIN_PX = 6.0  # coc beyond a layer in focus over which its shapes begin to be followed
 MARGIN_PX = 8.0  # neighborhood used by the fill, and by enlarging a reduced layer
 
@@ -30,6 +32,7 @@ class LayerPlan:
     widest_px     largest |coc| in the layer, in pixels of the picture
     uncovered_px  how far behind a silhouette hidden content can show, in pixels of the picture
     share         how much of the layer has this size, 0..1; the rest has twice this size
+    is_entered    a surface is passing into the layer, whose pixels are known in part
     shape_share   how far the layer shows shapes of things in focus before something farther, 0..1
     """
 
@@ -39,6 +42,7 @@ class LayerPlan:
     uncovered_px: float
     share: float = 1.0
     shape_share: float = 0.0
+    is_entered: bool = False
 
     @property
     def sized_plans(self) -> "list[LayerPlan]":
@@ -118,7 +122,17 @@ def _plan_layer(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
         uncovered_px,
         share=1.0 if reduction == 1 else float(share),
         shape_share=_shape_share(cut_alone, float(coc[-1])) if reduction == 1 else 0.0,
+        is_entered=reduction == 1 and _is_entered(cut.near, optics),
     )
+
+
+def _is_entered(near: Cut, optics: Optics) -> bool:
+    """Return True if a wide surface behind the focus is passing into a layer that begins at `near`.
+
+    Its pixels become ends of the guess from the middle of the cut on (lib/layer.lib.glsl).
+    """
+    end_px = near.at_px + _END_BY * near.half_width_px
+    return near.at_px > 0.0 and optics.share_between(near.at_px, end_px) > _ENTERED_SHARE
 
 
 def _shape_share(plan: LayerPlan, farthest_px: float) -> float:

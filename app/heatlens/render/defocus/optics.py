@@ -24,6 +24,7 @@ class Optics:
 
     line           signed coc as a function of dioptres; None if the plate has coc instead of depth
     occupied_px    the signed coc in the plate, ascending (ends of narrow bins)
+    until          share of the plate up to each of `occupied_px`, 0..1; empty if not known
     gaps_px        the signed coc at both ends of each gap, ascending (n, 2)
     disc           shape of the discs, in pixels of the plate
     plate_shift_px correction added to the coc that the plate has
@@ -34,6 +35,14 @@ class Optics:
     disc: DiscShape = field(default_factory=DiscShape)
     plate_shift_px: float = 0.0
     gaps_px: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    until: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+
+    def share_between(self, low_px: float, high_px: float) -> float:
+        """Return the share of the plate whose signed coc is between two values, 0..1."""
+        if not self.until.size:
+            return 0.0
+        low, high = np.interp((low_px, high_px), self.occupied_px, self.until)
+        return float(high - low)
 
     @property
     def nearest_px(self) -> float:

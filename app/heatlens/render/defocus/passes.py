@@ -3,6 +3,7 @@
 from heatlens.render.defocus.blur_pass import PACKED, BlurPass, pole_layers
 from heatlens.render.defocus.cutout_pass import CutoutPass
 from heatlens.render.defocus.far_guess import FarGuess
+from heatlens.render.defocus.hidden_fill import HiddenFillPass
 from heatlens.render.defocus.highlight_pass import (
     HighlightDrawPass,
     HighlightListPass,
@@ -12,7 +13,6 @@ from heatlens.render.defocus.kernels import Kernel
 from heatlens.render.defocus.layer_passes import (
     CocFillPass,
     CompositePass,
-    HiddenFillPass,
     LayerSplitPass,
     LimitsPass,
 )

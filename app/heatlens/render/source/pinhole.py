@@ -83,7 +83,13 @@ def optics_of(
         frame_bins = bins if plate.fragments is None else plate.visible_bins
     occupied_dioptres, gap_dioptres = bins.occupied, gaps_of(frame_bins)
     if plate.coc_px is not None:
-        return Optics(line=None, occupied_px=occupied_dioptres, disc=disc, gaps_px=gap_dioptres)
+        return Optics(
+            line=None,
+            occupied_px=occupied_dioptres,
+            disc=disc,
+            gaps_px=gap_dioptres,
+            until=bins.occupied_shares,
+        )
     line = line_of(plate, lens)
     coc, ends = (
         line.at_infinity_px + line.per_dioptre_px * dioptres
@@ -91,7 +97,8 @@ def optics_of(
     )
     np.clip(coc, -COC_MOST_PX, COC_MOST_PX, out=coc)
     # In reverse order, because coc falls with diopters.
-    return Optics(line, coc[::-1], disc, gaps_px=ends[::-1, ::-1])
+    until = 1.0 - bins.occupied_shares[::-1]
+    return Optics(line, coc[::-1], disc, gaps_px=ends[::-1, ::-1], until=until)
 
 
 class SourceOnGpu(Protocol):
