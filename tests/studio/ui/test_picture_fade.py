@@ -111,7 +111,8 @@ def test_progress_line_grows_while_the_whole_picture_is_rendered(gui):
     gui.drawn.clear()
     gui.frame()
     assert live.rendered_share is None and "part of the picture" not in gui.drawn
-    live._best_level = lambda settings, _: replace(settings, proxy=0.25)  # a slow machine
+    levels = live._levels  # those of a slow machine
+    levels.while_moving = lambda request, *_: replace(request.settings, proxy=0.25)
     gui.session.lens.commands.focus(1.7)
     gui.frame()
     live._changed_at -= 1.0  # the hand rests
@@ -120,7 +121,7 @@ def test_progress_line_grows_while_the_whole_picture_is_rendered(gui):
         live.work(0.0)
         if live._work is not None and live._work.settings == live._work.key.settings:
             next(live._work.steps, None)
-            live._work.seconds += 0.1 * live._predict_s(live._work.settings)
+            live._work.seconds += 0.1 * levels.predict_s(live._work.settings)
             gui.drawn.clear()
             gui.frame()
             x0, y0, x1, _ = gui.rect("part of the picture")

@@ -17,8 +17,6 @@ from typing import NamedTuple
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.model.shot.settings import DefocusSettings, Method
 from heatlens.core.model.shot.shot import Shot
-from heatlens.render.defocus.other_methods import widest_px
-from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.device import Device
@@ -26,19 +24,12 @@ from heatlens.render.gpu.known_programs import NewProgramError
 from heatlens.render.gpu.program import programs_built
 from heatlens.render.gpu.resources import Texture
 from heatlens.render.preview.cost_model import CostModel
-from heatlens.render.preview.level_choice import (
-    first_picture_settings,
-    is_better,
-    level_at_rest,
-    level_while_moving,
-    needs_few_programs,
-    useful_levels,
-)
+from heatlens.render.preview.level_choice import needs_few_programs
 from heatlens.render.preview.shown import PictureKey, ShownPicture, whole_picture, without_notes
 from heatlens.studio.session.pictures.elsewhere import ProcessBuilder, RemoteRenderer
+from heatlens.studio.session.pictures.picture_levels import PictureLevels
 
 _REST_S = 0.08  # without a change for this long, the input rests; a drag sends several changes
-_MANY_PX = 1 << 20  # a larger picture may take long on a machine of which nothing is known yet
 
 
 class PlateVersion(NamedTuple):
@@ -86,12 +77,10 @@ class LivePicture:
         self._clock = clock
         self.cost = cost or CostModel()
         self.remote, self.builder = remote or RemoteRenderer(), builder or ProcessBuilder()
-        # The version of the builder at which pictures with these settings needed a new program.
-        self._refused_at: dict[DefocusSettings, int] = {}
+        self._levels = PictureLevels(renderer, self.cost, self.builder)
         self.output: ShownPicture | None = None
         self._request: PictureKey | None = None
         self._changed_at = 0.0
-        self._level: DefocusSettings | None = None
         self._work: _Work | None = None
         self._slots = first_slot, first_slot + 1  # keys of the shown and the coming picture
         self._budget_s = 0.0
@@ -149,7 +138,7 @@ class LivePicture:
         is_same_plate = self.requested_plate == request.plate
         refinable = self._refinable_picture(shot, frame) if is_same_plate else None
         if last_request is None or last_request.settings != request.settings:
-            self._level = None
+            self._levels.moving = None
         if self.is_answering and not is_same_plate:
             within_s = math.inf  # otherwise a constantly changing plate would never appear
         if refinable is not None or not self.is_answering or within_s == math.inf:
@@ -191,8 +180,9 @@ class LivePicture:
         with self._raise_once():
             if self._work is None:
                 assert self._request is not None
-                self._level = self._best_level(self._request.settings, self._budget_s)
-                self._start(self._level)
+                levels, shown_settings = self._levels, self._shown_settings
+                levels.moving = levels.while_moving(self._request, shown_settings, self._budget_s)
+                self._start(levels.moving)
             self._advance(slice_s)
 
     def _update_notes(self, request: PictureKey) -> None:
@@ -247,7 +237,7 @@ class LivePicture:
         work = self._work
         if work is None or work.settings != work.key.settings or not self.cost.seconds_per_px:
             return 0.0
-        return min(work.seconds / max(self._predict_s(work.settings), 1e-6), 1.0)
+        return min(work.seconds / max(self._levels.predict_s(work.settings), 1e-6), 1.0)
 
     @property
     def requested_plate(self) -> int | None:
@@ -291,61 +281,17 @@ class LivePicture:
         key, request = picture.picture_key, self._request
         return request is not None and replace(key, settings=request.settings) == request
 
-    # Before anything has been measured, the first picture is gathered: that needs one program and
-    # is there after 0.2 s. Otherwise the driver of a new machine builds the programs of diffusion
-    # first, 3.6 s of a processor for the quickest level of a 720p plate. The whole picture then
-    # comes after 5.3 s instead of 9.5 s, because a small plate needs no levels in between.
-    def _best_level(self, requested: DefocusSettings, budget_s: float) -> DefocusSettings:
-        """Return the best preview level that fits the time budget, see `level_while_moving`."""
-        size = self._renderer.loaded.color.size
-        levels = tuple(filter(self._is_buildable, useful_levels(requested, size)))
-        is_first = not self.cost.seconds_per_px and self.output is None
-        if is_first or not levels:
-            return self._first_settings(requested)
-        if not self.cost.seconds_per_px:  # nothing has been measured on this machine yet
-            return levels[-1]
-        return level_while_moving(levels, self._level, budget_s, self._predict_s)
-
-    def _first_settings(self, requested: DefocusSettings) -> DefocusSettings:
-        """Return the settings of the first picture of the request."""
-        assert self._request is not None
-        optics = self._renderer.optics(self._request.shot, self._request.frame)
-        size = self._renderer.loaded.color.size
-        return first_picture_settings(requested, size, widest_px(optics))
-
     def _next_level(self, is_plate_whole: bool) -> DefocusSettings | None:
-        """Return what to render at rest, see `level_at_rest`."""
+        """Return what to render at rest; None if there is nothing better."""
         assert self._request is not None
-        requested = self._request.settings
-        shown_settings = None if self.output is None else self.output.settings
-        is_unknown = not self.cost.seconds_per_px and self._pixel_count(requested) > _MANY_PX
-        if not is_unknown:
-            level = level_at_rest(requested, shown_settings, is_plate_whole, self._predict_s)
-            if level is None or self._is_buildable(level):
-                return level
-            if is_plate_whole and self._is_buildable(requested):
-                return requested
-        level = self._best_level(requested, self._budget_s)
-        is_step_up = shown_settings is None or is_better(level, shown_settings, requested)
-        return level if is_step_up else None
+        return self._levels.at_rest(
+            self._request, self._shown_settings, self._budget_s, is_plate_whole
+        )
 
-    def _is_buildable(self, settings: DefocusSettings) -> bool:
-        """Return False while pictures with these settings wait for another process.
-
-        What was never refused is tried: the process may be at work for another picture.
-        """
-        refused_at = self._refused_at.get(settings)
-        is_new = refused_at == self.builder.version or self.builder.is_pending(settings)
-        return refused_at is None or not is_new
-
-    def _predict_s(self, settings: DefocusSettings) -> float:
-        """Return the predicted seconds for a picture with these settings."""
-        return self.cost.predict_seconds(settings, self._pixel_count(settings))
-
-    def _pixel_count(self, settings: DefocusSettings) -> int:
-        """Return the number of pixels at the proxy resolution of the settings."""
-        width, height = proxy_size(self._renderer.loaded.color.size, settings.proxy)
-        return width * height
+    @property
+    def _shown_settings(self) -> DefocusSettings | None:
+        """The settings of the shown picture; None before the first."""
+        return None if self.output is None else self.output.settings
 
     def _start(self, settings: DefocusSettings) -> None:
         """Begin the picture of the request with these settings, on another machine if possible."""
@@ -371,14 +317,9 @@ class LivePicture:
             output.settings.views if is_refinement and output.settings.views < settings.views else 0
         )
 
-    # The cost model learns the time of a picture, and whether programs were built meanwhile. The
-    # first picture of a kind contains seconds of a driver's builds: if the model kept them, the
-    # window of an NVIDIA H200 would show a third of the size although the whole picture takes 5 ms.
-    # A gathered picture in place of another method says nothing about that method, nor does a
-    # picture that another machine has rendered.
     def _advance(self, slice_s: float) -> None:
         """Render in steps until the time is over; a finished picture becomes the output."""
-        assert self._work is not None and self._request is not None
+        assert self._work is not None
         work, start = self._work, self._clock()
         is_first = needs_few_programs(
             work.settings, work.key.settings, self._renderer.loaded.color.size
@@ -390,25 +331,39 @@ class LivePicture:
             work.seconds += self._clock() - start
         except NewProgramError:
             self._work = None
-            self._refused_at[work.settings] = self.builder.version
+            self._levels.note_refused(work.settings)
             self.builder.request(work.key.shot, work.key.frame)
         except StopIteration as end:
             self._renderer.ctx.finish()
             work.seconds += self._clock() - start
-            rendered = replace(work.settings, views=work.settings.views - work.views_before)
-            is_same_method = rendered.method is work.key.settings.method
-            if work.is_local and (is_same_method or rendered.method is not Method.GATHER):
-                has_built = programs_built() > work.programs_before
-                self.cost.learn(rendered, self._pixel_count(rendered), work.seconds, has_built)
-            is_latest = _key_without_notes(work.key) == _key_without_notes(self._request)
-            key = self._request if is_latest else work.key
-            diffused = self._renderer.light_without_highlights(work.slot)
-            self.output = ShownPicture(
-                *(end.value, key.shot, key.frame, work.settings, work.seconds, key.plate, diffused)
-            )
-            self._slots, self._work = self._slots[::-1], None
-            self._refused_at.pop(work.settings, None)
-            self.is_answering = self.is_answering and not is_latest
+            self._learn_cost(work)
+            self._finish(work, end.value)
+
+    # The cost model learns the time of a picture, and whether programs were built meanwhile. The
+    # first picture of a kind contains seconds of a driver's builds: if the model kept them, the
+    # window of an NVIDIA H200 would show a third of the size although the whole picture takes 5 ms.
+    # A gathered picture in place of another method says nothing about that method, nor does a
+    # picture that another machine has rendered.
+    def _learn_cost(self, work: _Work) -> None:
+        """Learn the time of a picture that is finished."""
+        rendered = replace(work.settings, views=work.settings.views - work.views_before)
+        is_same_method = rendered.method is work.key.settings.method
+        if work.is_local and (is_same_method or rendered.method is not Method.GATHER):
+            has_built = programs_built() > work.programs_before
+            self.cost.learn(rendered, self._levels.pixel_count(rendered), work.seconds, has_built)
+
+    def _finish(self, work: _Work, texture: Texture) -> None:
+        """Show the picture of `work`."""
+        assert self._request is not None
+        is_latest = _key_without_notes(work.key) == _key_without_notes(self._request)
+        key = self._request if is_latest else work.key
+        diffused = self._renderer.light_without_highlights(work.slot)
+        self.output = ShownPicture(
+            *(texture, key.shot, key.frame, work.settings, work.seconds, key.plate, diffused)
+        )
+        self._slots, self._work = self._slots[::-1], None
+        self._levels.note_rendered(work.settings)
+        self.is_answering = self.is_answering and not is_latest
 
 
 def _key_without_notes(key: PictureKey) -> PictureKey:
