@@ -34,6 +34,7 @@ class Rehearsal:
     ) -> None:
         """Rehearse for `live` in the slot that it does not show."""
         self._renderer, self._live, self._clock = renderer, live, clock
+        self.most_tries = _MOST_TRIES  # 0 to render nothing unseen
         self._tries: dict[DefocusSettings, int] = {}
         self._refused_at: dict[DefocusSettings, int] = {}  # the version of the builder
         self._steps: Steps[Texture] | None = None
@@ -50,7 +51,7 @@ class Rehearsal:
         return (
             level is not None
             and not self._live.cost.has_timed(level)
-            and self._tries.get(level, 0) < _MOST_TRIES
+            and self._tries.get(level, 0) < self.most_tries
             and self._refused_at.get(level) != self._live.builder.version
         )
 
