@@ -135,6 +135,19 @@ def test_save_walk_adds_suffix_and_asks_before_overwriting(folder):
     assert not folder_walk.can_confirm and folder_walk.confirm() is None
 
 
+@pytest.mark.parametrize("is_there", [False, True])
+def test_save_walk_confirmed_while_its_folder_is_read_saves_or_asks(folder, is_there):
+    name = "still.exr" if is_there else "new.exr"
+    folder_walk = FolderWalk(PURPOSES["save"], folder, name, wake=lambda: None)
+    assert folder_walk.confirm() is None
+    chosen = read_folder(folder_walk)
+    path = folder / name
+    assert chosen == (None if is_there else ChosenFile(PURPOSES["save"], path))
+    assert folder_walk.existing_file == (path if is_there else None)
+    folder_walk.go(str(folder))
+    assert read_folder(folder_walk) is None
+
+
 def test_save_walk_splits_typed_path_into_folder_and_name(folder):
     folder_walk = begin_walk(folder, "save", "new")
     folder_walk.go("a/other.exr")

@@ -67,6 +67,7 @@ class FolderWalk:
         )
         self.is_single = False  # each file of a sequence is a row
         self._listing: FolderList | None = None
+        self._is_confirmed = False  # before the first folder was read: it is confirmed then
         self._reader: Background[_LookUpResult] = Background(wake)
         self._reader.start(lambda: _nearest_folder(folder, purpose))
 
@@ -89,7 +90,7 @@ class FolderWalk:
     def go(self, text: str) -> None:
         """Begin to look up a folder, a file or a pattern that was typed; clear the last problem."""
         path = self._path(text)
-        self.problem, self.existing_file = "", None
+        self.problem, self.existing_file, self._is_confirmed = "", None, False
         purpose = self.purpose
         is_single = self.is_single
         self._reader.start(lambda: _look_up(path, purpose, is_single))
@@ -106,7 +107,7 @@ class FolderWalk:
         return Path(os.path.normpath(shown_folder / os.path.expanduser(text)))
 
     def poll(self) -> ChosenFile | None:
-        """Show the folder that the thread has read; return a file that was typed.
+        """Show the folder that the thread has read; return a file that was typed or confirmed.
 
         Raises HeatlensError, once, if something is missing or cannot be read; `problem` keeps the
         sentence.
@@ -121,7 +122,8 @@ class FolderWalk:
         if result.listing is not None:
             self._show_folder(result.listing)
         if result.file is None:
-            return None
+            is_confirmed, self._is_confirmed = self._is_confirmed, False
+            return self._file_to_write() if is_confirmed else None
         if self.purpose.is_save:
             self.name = result.file.name
             return None
@@ -144,7 +146,7 @@ class FolderWalk:
 
     def type_name(self, name: str) -> None:
         """Use a typed name; no row is selected then."""
-        self.name, self.row = name, -1
+        self.name, self.row, self._is_confirmed = name, -1, False
 
     def confirm(self) -> ChosenFile | None:
         """Enter the selected folder and return None, or return the file to open or to save."""
@@ -163,10 +165,11 @@ class FolderWalk:
     def _file_to_write(self) -> ChosenFile | None:
         """Return the file to write, with a suffix.
 
-        Return None without a name, and if the file exists: `existing_file` is then to be asked
-        about.
+        Return None without a name; before the first folder was read, when `poll` returns the file;
+        and if the file exists: `existing_file` is then to be asked about.
         """
         name = self.name.strip()
+        self._is_confirmed = bool(name) and self._listing is None
         if not name or self._listing is None:
             return None
         if not name.lower().endswith(self.purpose.suffixes):
