@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 # The same code, the same verdict, also on a busy machine; `pytest --hypothesis-profile=default`
 # looks for new cases.
-settings.register_profile("repeated", derandomize=True, deadline=None, max_examples=50)
+settings.register_profile("repeated", derandomize=True, deadline=None)
 settings.load_profile("repeated")
 
 
