@@ -111,7 +111,7 @@ def test_progress_line_grows_while_the_whole_picture_is_rendered(gui):
     gui.drawn.clear()
     gui.frame()
     assert live.rendered_share is None and "part of the picture" not in gui.drawn
-    levels = live._levels  # those of a slow machine
+    levels = live.levels  # those of a slow machine
     levels.while_moving = lambda request, *_: replace(request.settings, proxy=0.25)
     gui.session.lens.commands.focus(1.7)
     gui.frame()

@@ -77,7 +77,7 @@ class LivePicture:
         self._clock = clock
         self.cost = cost or CostModel()
         self.remote, self.builder = remote or RemoteRenderer(), builder or ProcessBuilder()
-        self._levels = PictureLevels(renderer, self.cost, self.builder)
+        self.levels = PictureLevels(renderer, self.cost, self.builder)
         self.output: ShownPicture | None = None
         self._request: PictureKey | None = None
         self._changed_at = 0.0
@@ -138,7 +138,7 @@ class LivePicture:
         is_same_plate = self.requested_plate == request.plate
         refinable = self._refinable_picture(shot, frame) if is_same_plate else None
         if last_request is None or last_request.settings != request.settings:
-            self._levels.moving = None
+            self.levels.moving = None
         if self.is_answering and not is_same_plate:
             within_s = math.inf  # otherwise a constantly changing plate would never appear
         if refinable is not None or not self.is_answering or within_s == math.inf:
@@ -180,7 +180,7 @@ class LivePicture:
         with self._raise_once():
             if self._work is None:
                 assert self._request is not None
-                levels, shown_settings = self._levels, self._shown_settings
+                levels, shown_settings = self.levels, self._shown_settings
                 levels.moving = levels.while_moving(self._request, shown_settings, self._budget_s)
                 self._start(levels.moving)
             self._advance(slice_s)
@@ -237,7 +237,7 @@ class LivePicture:
         work = self._work
         if work is None or work.settings != work.key.settings or not self.cost.seconds_per_px:
             return 0.0
-        return min(work.seconds / max(self._levels.predict_s(work.settings), 1e-6), 1.0)
+        return min(work.seconds / max(self.levels.predict_s(work.settings), 1e-6), 1.0)
 
     @property
     def requested_plate(self) -> int | None:
@@ -284,7 +284,7 @@ class LivePicture:
     def _next_level(self, is_plate_whole: bool) -> DefocusSettings | None:
         """Return what to render at rest; None if there is nothing better."""
         assert self._request is not None
-        return self._levels.at_rest(
+        return self.levels.at_rest(
             self._request, self._shown_settings, self._budget_s, is_plate_whole
         )
 
@@ -331,7 +331,7 @@ class LivePicture:
             work.seconds += self._clock() - start
         except NewProgramError:
             self._work = None
-            self._levels.note_refused(work.settings)
+            self.levels.note_refused(work.settings)
             self.builder.request(work.key.shot, work.key.frame)
         except StopIteration as end:
             self._renderer.ctx.finish()
@@ -350,7 +350,7 @@ class LivePicture:
         is_same_method = rendered.method is work.key.settings.method
         if work.is_local and (is_same_method or rendered.method is not Method.GATHER):
             has_built = programs_built() > work.programs_before
-            self.cost.learn(rendered, self._levels.pixel_count(rendered), work.seconds, has_built)
+            self.cost.learn(rendered, self.levels.pixel_count(rendered), work.seconds, has_built)
 
     def _finish(self, work: _Work, texture: Texture) -> None:
         """Show the picture of `work`."""
@@ -358,11 +358,10 @@ class LivePicture:
         is_latest = _key_without_notes(work.key) == _key_without_notes(self._request)
         key = self._request if is_latest else work.key
         diffused = self._renderer.light_without_highlights(work.slot)
-        self.output = ShownPicture(
-            *(texture, key.shot, key.frame, work.settings, work.seconds, key.plate, diffused)
-        )
+        shown = key.shot, key.frame, work.settings, work.seconds, key.plate, diffused
+        self.output = ShownPicture(texture, *shown)
         self._slots, self._work = self._slots[::-1], None
-        self._levels.note_rendered(work.settings)
+        self.levels.note_rendered(work.settings)
         self.is_answering = self.is_answering and not is_latest
 
 

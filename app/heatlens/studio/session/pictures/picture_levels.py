@@ -40,7 +40,7 @@ class PictureLevels:
         `shown` are the settings of the shown picture; None before the first.
         """
         requested, size = request.settings, self._renderer.loaded.color.size
-        levels = tuple(filter(self._is_buildable, useful_levels(requested, size)))
+        levels = tuple(filter(self.is_buildable, useful_levels(requested, size)))
         is_first = not self._cost.seconds_per_px and shown is None
         if is_first or not levels:
             return self._first_settings(request)
@@ -66,9 +66,9 @@ class PictureLevels:
         is_unknown = not self._cost.seconds_per_px and self.pixel_count(requested) > _MANY_PX
         if not is_unknown:
             level = level_at_rest(requested, shown, is_plate_whole, self.predict_s)
-            if level is None or self._is_buildable(level):
+            if level is None or self.is_buildable(level):
                 return level
-            if is_plate_whole and self._is_buildable(requested):
+            if is_plate_whole and self.is_buildable(requested):
                 return requested
         level = self.while_moving(request, shown, budget_s)
         return level if shown is None or is_better(level, shown, requested) else None
@@ -81,7 +81,7 @@ class PictureLevels:
         """Note that a picture with these settings has all its programs."""
         self._refused_at.pop(settings, None)
 
-    def _is_buildable(self, settings: DefocusSettings) -> bool:
+    def is_buildable(self, settings: DefocusSettings) -> bool:
         """Return False while pictures with these settings wait for another process.
 
         What was never refused is tried: the process may be at work for another picture.

@@ -10,7 +10,6 @@ from dataclasses import replace
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.model.shot.settings import DefocusSettings
-from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.known_programs import NewProgramError
@@ -36,7 +35,6 @@ class Rehearsal:
         self._renderer, self._live, self._clock = renderer, live, clock
         self.most_tries = _MOST_TRIES  # 0 to render nothing unseen
         self._tries: dict[DefocusSettings, int] = {}
-        self._refused_at: dict[DefocusSettings, int] = {}  # the version of the builder
         self._steps: Steps[Texture] | None = None
         self._begun_after = 0  # pictures that `live` had begun before
         self._programs_before, self._seconds = 0, 0.0
@@ -52,7 +50,7 @@ class Rehearsal:
             level is not None
             and not self._live.cost.has_timed(level)
             and self._tries.get(level, 0) < self.most_tries
-            and self._refused_at.get(level) != self._live.builder.version
+            and self._live.levels.is_buildable(level)
         )
 
     def _level(self, picture: ShownPicture) -> DefocusSettings | None:
@@ -78,7 +76,8 @@ class Rehearsal:
             self._renderer.ctx.finish()
             self._note_time(level, self._seconds + self._clock() - start)
         except NewProgramError:
-            self._steps, self._refused_at[level] = None, self._live.builder.version
+            self._steps = None
+            self._live.levels.note_refused(level)
             self._live.builder.request(picture.shot, picture.frame)
         except HeatlensError:  # whoever drags will be told
             self._steps, self._tries[level] = None, _MOST_TRIES
@@ -103,7 +102,7 @@ class Rehearsal:
 
     def _note_time(self, level: DefocusSettings, seconds: float) -> None:
         """Let the cost model learn the time of a finished picture."""
-        width, height = proxy_size(self._renderer.loaded.color.size, level.proxy)
         has_built = programs_built() > self._programs_before
-        self._live.cost.learn(level, width * height, seconds, has_built)
+        self._live.cost.learn(level, self._live.levels.pixel_count(level), seconds, has_built)
+        self._live.levels.note_rendered(level)
         self._steps = None
