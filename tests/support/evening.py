@@ -95,9 +95,11 @@ def run_loop_once(session: Session) -> None:
 
 
 def run_until_settled(session: Session) -> None:
-    """Run the loop until the whole picture is rendered and all changes are saved."""
+    """Run the loop until the picture is whole, marks are tracked and all changes are saved."""
 
     def is_settled() -> bool:
+        if session.time.marks.anchors.tracking.is_busy:
+            return False
         is_kept = not (session.wants_frames or session.files.documents._writes)
         return (
             is_kept and session.source.plate is not None and not session.time.scheduler.is_working

@@ -43,6 +43,7 @@ def test_board_makes_and_saves_a_focus_pull(session, board, tmp_path):
     near = board.facts.lens.focus_distance_m
     width, height = first.size_px
     board.do(MarkAt(width - 2, height - 2))
+    run_until_settled(session)
     (mark,) = board.facts.marks
     assert mark.distance_m is not None and mark.distance_m != near
     board.do(Pull(mark.name, 2))
@@ -94,7 +95,7 @@ def test_facts_stay_as_they_were_and_the_same_until_the_turn_has_others(session,
 
 def test_facts_are_read_once_for_a_shot_that_equals_the_one_before(session, board, monkeypatch):
     before, reads = board.facts, watch_calls(monkeypatch, FactsReader, "read")
-    session.editing.amend(replace(before.shot))
+    session.editing.amend(lambda shot: replace(shot))
     assert session.editing.shot is not before.shot and board.facts is before
     assert board.facts is before and len(reads) == 1
 
@@ -216,10 +217,11 @@ def test_take_look_leaves_a_wipe_as_it_is(board):
     assert board.facts.view.compare is Compare.WIPE
 
 
-def test_pull_goes_from_the_focus_of_now_to_the_named_mark_in_its_frames(board):
+def test_pull_goes_from_the_focus_of_now_to_the_named_mark_in_its_frames(session, board):
     """The window would offer the first mark, off all marks."""
     for at in ((8, 16), (40, 16)):
         board.do(MarkAt(*at))
+    run_until_settled(session)
     first = board.facts.played.first
     board.do(Focus(5.0))
     board.do(Pull("B", 4))

@@ -1,11 +1,13 @@
 """Marks on things of plates: picked by a click, measured on a thread, followed over frames."""
 
+from dataclasses import replace
 from threading import Event
 
 import numpy as np
 import pytest
 
 from heatlens.core.base.background import wait_for_busy_threads
+from heatlens.core.base.errors import InputError
 from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.marks.marks import MarkAnchor, MatteMark, PointMark, WorldMark
 from heatlens.studio.session.marks import mark_measuring
@@ -110,36 +112,82 @@ def card(tmp_path):
     session.close()
 
 
-def wait_for_track(session):
-    run_until(session, lambda: not session.time.marks.is_reading, "the track")
+def click_card(session, walk, frame=1):
+    x, y = walk.pixel(frame)
+    session.time.marks.set_point((round(x), round(y)))
     return session.editing.shot.marks[-1]
 
 
-def test_track_turns_point_mark_into_a_surface_that_focus_follows(card):
+def wait_for_track(session):
+    tracking = session.time.marks.anchors.tracking
+    run_until(session, lambda: not tracking.is_busy, "the track")
+    return session.editing.shot.marks[-1]
+
+
+def test_click_in_a_sequence_holds_on_to_the_surface_that_focus_follows(card):
     session, walk = card
-    marks = session.time.marks
-    x, y = walk.pixel(1)
-    point = set_mark(session, (round(x), round(y)))
-    marks.anchors.track(point, point)
+    marks, tracking = session.time.marks, session.time.marks.anchors.tracking
+    point = click_card(session, walk)
+    assert MarkAnchor.of(point) is MarkAnchor.PIXEL and tracking.follows(point)
+    assert "A is set" in session.messages.text and tracking.words.startswith("Following A, frame")
     mark = wait_for_track(session)
+    assert MarkAnchor.of(mark) is MarkAnchor.SURFACE and tracking.words == ""
     assert [place.frame for place in mark.places] == list(range(1, 11))
-    assert "seen" in session.messages.text
+    assert "surface, seen at" in session.messages.text
     assert marks.distances.distance_m(mark, 10) == pytest.approx(walk.at(10)[2], rel=0.01)
     (track,) = session.time.mark_tracks()
     assert len(track.lines) == 2 == 1 + len(track.bridges)  # hidden in the middle
     marks.follow(mark)
     lens = session.editing.shot.lens_at(10)
     assert abs(1 / lens.focus_distance_m - 1 / walk.at(10)[2]) <= 0.51 * sharp_dioptres(lens)
-    session.editing.undo()
-    session.editing.undo()
-    assert session.editing.shot.marks == (point,)
+
+
+def test_one_undo_takes_a_tracked_mark_away_whole_whatever_came_meanwhile(card):
+    """While it is tracked, the mark is renamed, another is set, and the focus goes elsewhere."""
+    session, walk = card
+    editing, marks = session.editing, session.time.marks
+    point = click_card(session, walk)
+    marks.change(point, replace(point, name="hero"))
+    marks.set_point((20, 20))
+    editing.choose_lens(replace(editing.lens, focus_distance_m=7.0))
+    wait_for_track(session)
+    undone = []
+    for _ in range(4):
+        undone.append([(it.name, MarkAnchor.of(it)) for it in editing.shot.marks])
+        editing.undo()
+    hero, wall = ("hero", MarkAnchor.SURFACE), ("A", MarkAnchor.SURFACE)
+    assert undone == [[hero, wall], [hero, wall], [hero], [("A", MarkAnchor.SURFACE)]]
+    assert editing.shot.marks == ()
+
+
+def test_mark_that_cannot_be_tracked_stays_on_the_pixel_and_says_so(card, monkeypatch):
+    session, walk = card
+
+    def fail(_cache, _options, frame):
+        raise InputError(f"Frame {frame} is damaged.")
+
+    monkeypatch.setattr(mark_measuring, "plate_at", fail)
+    click_card(session, walk)
+    assert MarkAnchor.of(wait_for_track(session)) is MarkAnchor.PIXEL
+    assert session.messages.text == "Mark A stays on the pixel. Frame 1 is damaged."
+
+
+def test_pull_to_a_mark_waits_until_its_surface_is_known(card):
+    session, walk = card
+    pulls, editing = session.time.marks.pulls, session.editing
+    click_card(session, walk)
+    pulls.target, pulls.frames = "A", 9
+    assert not pulls.arrival_at.is_known
+    pulls.make()
+    assert not editing.shot.key_frames
+    run_until(session, lambda: editing.shot.key_frames, "the keys of the pull")
+    assert editing.shot.lens_at(10).focus_distance_m == pytest.approx(walk.at(10)[2], rel=0.01)
 
 
 def test_correct_moves_tracked_surface_to_the_clicked_point(card):
     session, walk = card
     marks = session.time.marks
-    wall = set_mark(session, (20, 20))
-    marks.anchors.track(wall, wall)
+    set_mark(session, (20, 20))
     mark = wait_for_track(session)
     assert marks.distances.distance_m(mark, 10) == pytest.approx(WALL_M)
     session.time.timeline.go_to(10)
@@ -214,9 +262,7 @@ def test_place_turns_point_mark_into_a_world_mark(tmp_path):
 
 def test_stopped_tracking_leaves_the_mark_and_reads_no_more_frames(card, monkeypatch):
     session, walk = card
-    marks, tracking = session.time.marks, session.time.marks.anchors.tracking
-    x, y = walk.pixel(1)
-    point = set_mark(session, (round(x), round(y)))
+    tracking = session.time.marks.anchors.tracking
     has_read, goes_on, frames = Event(), Event(), []
 
     def read(_cache, _options, frame):
@@ -226,14 +272,15 @@ def test_stopped_tracking_leaves_the_mark_and_reads_no_more_frames(card, monkeyp
         return session.source.plate
 
     monkeypatch.setattr(mark_measuring, "plate_at", read)
-    marks.anchors.track(point, point)
-    assert has_read.wait(60.0) and tracking.mark == point
+    point = click_card(session, walk)
+    assert has_read.wait(60.0) and tracking.follows(point)
     tracking.stop()
     goes_on.set()
     wait_for_busy_threads()
     run_until_settled(session)
-    assert not marks.is_reading and session.editing.shot.marks == (point,)
-    assert len(frames) == 1 and "stopped" in session.messages.text
+    assert not tracking.is_busy and session.editing.shot.marks == (point,)
+    assert len(frames) == 1
+    assert session.messages.text == "The tracking is stopped. Mark A stays on the pixel."
 
 
 def test_matte_of_a_new_mark_is_lit_for_a_moment_and_while_it_is_pointed_at(walk):

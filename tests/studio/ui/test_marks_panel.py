@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.core.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark, WorldMark
+from heatlens.core.model.marks.marks import DistanceMark, MatteMark, MattePart, WorldMark
+from heatlens.core.model.marks.track_mark import Click
 from heatlens.core.model.shot.pull import pull
 from support.cards import FOCAL_PX
 from support.cards import POST as CARD
@@ -39,6 +40,7 @@ def ctrl_shift_click(gui, pixel: tuple[int, int]) -> None:
     gui.click(gui.at_picture(pixel[0] + 0.5, pixel[1] + 0.5))
     for mod in (K.mod_ctrl, K.mod_shift):
         gui.hold(mod, down=False)
+    gui.until(lambda: not gui.session.time.marks.anchors.tracking.is_busy, "its surface")
 
 
 def test_m_key_marks_the_distance_in_focus(gui):
@@ -74,10 +76,11 @@ def test_names_of_near_marks_do_not_overlap_on_the_focus_bar(gui):
     assert low <= high and "C on the bar" not in gui.drawn  # two rows
 
 
-def test_ctrl_shift_click_sets_a_point_mark_and_keeps_the_focus(gui):
+def test_ctrl_shift_click_marks_the_surface_there_and_keeps_the_focus(gui):
     before = gui.session.facts.lens
     ctrl_shift_click(gui, BALL)
-    assert marks(gui) == (PointMark("A", float(BALL[0]), float(BALL[1])),)
+    (mark,) = marks(gui)
+    assert mark.name == "A" and mark.clicks == (Click(FIRST, float(BALL[0]), float(BALL[1])),)
     assert gui.session.facts.lens == before and gui.undo_count() == 1
     x, y, _, _ = gui.rect("point A")
     assert (x, y) == pytest.approx(gui.at_picture(BALL[0] + 0.5, BALL[1] + 0.5))
@@ -159,7 +162,7 @@ def test_pull_box_pulls_from_mark_to_mark_by_mouse(gui):
     assert [key.frame for key in keys] == [FIRST, LAST]  # there are fewer than 18
     assert keys[0].value == pytest.approx(BALL_M)
     assert keys[1].value == pytest.approx(POST_M * relative_distance(LAST))
-    assert gui.session.messages.text.startswith("Mark B")  # and nothing about the pull
+    assert gui.session.messages.text.startswith("B holds on")  # and nothing about the pull
 
 
 def test_pull_box_shift_enter_goes_to_the_end_for_the_next_pull(gui):
@@ -217,17 +220,18 @@ def test_follow_button_sets_focus_keys_for_all_frames(gui):
     assert gui.undo_count() == 2
 
 
-def test_mark_that_is_tracked_has_a_button_that_stops(gui, monkeypatch):
+def test_mark_that_is_tracked_can_be_stopped_in_its_row_and_in_the_status_bar(gui, monkeypatch):
     ctrl_shift_click(gui, POST)
-    (mark,), tracking, stops = marks(gui), gui.session.time.marks.anchors.tracking, []
-    monkeypatch.setattr(type(tracking), "is_busy", property(lambda _: not stops))
-    monkeypatch.setattr(tracking, "mark", mark)
-    monkeypatch.setattr(tracking, "stop", lambda: stops.append(mark))
-    gui.drawn.pop(f"follow {mark.name}", None)
-    gui.frame(2)
-    assert f"follow {mark.name}" not in gui.drawn
-    gui.click(gui.middle(f"stop {mark.name}"))
-    assert stops == [mark] and f"follow {mark.name}" in gui.drawn
+    (mark,), tracking = marks(gui), gui.session.time.marks.anchors.tracking
+    monkeypatch.setattr(tracking, "_begin", lambda: None)  # it waits for the thread
+    for button in (f"stop {mark.name}", "status Stop"):
+        tracking.start(mark, mark, lambda *_: None)
+        gui.drawn.clear()
+        gui.frame(2)
+        assert f"follow {mark.name}" not in gui.drawn
+        gui.click(gui.middle(button))
+        assert not tracking.is_busy and f"follow {mark.name}" in gui.drawn
+    assert "stays on the surface" in gui.session.messages.text
 
 
 def test_lit_matte_tints_its_part_of_the_picture_alone(gui, monkeypatch):

@@ -12,8 +12,8 @@ from imgui_bundle import imgui
 from heatlens.core.base.messages import Messages, Problem
 from heatlens.deliver.farm.export_place import ExportPlace, Where
 from heatlens.deliver.farm.export_process import ExportState
-from heatlens.studio.ui.status_bar import export_title, export_words
 from heatlens.studio.ui.texts import fit_text
+from heatlens.studio.ui.work_bar import export_title, export_words
 from support.session_files import POST
 
 K = imgui.Key

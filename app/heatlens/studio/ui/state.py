@@ -128,7 +128,7 @@ class UiState:
         self.files = files
         self.sharing = sharing
         self.notify = notify
-        self._timeline = time.timeline
+        self._timeline, self.tracking = time.timeline, time.marks.anchors.tracking
         self._preferences = preferences
         hidden_panels = preferences.values.hidden_panels
         self.panels = {name: name not in hidden_panels for name in PANELS}

@@ -1,111 +1,20 @@
-"""Draw the status bar: values under the pointer, the last message, and the names of A and B.
+"""Draw the status bar: values under the pointer, the last message, and the names of A and B."""
 
-The progress of an export is shown in it, and in the title of the window.
-"""
-
-import webbrowser
 from dataclasses import replace
-from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.view.view import Against, Compare, ViewState
-from heatlens.deliver.farm.export_process import ExportRun, ExportState
 from heatlens.render.display.pixel_reading import PictureReader, reading_at, reading_text
 from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.rendered_frames.screen_work import CachedFrame, ScreenWork
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.controls import PictureControl
-from heatlens.studio.ui import rects, theme, widgets
+from heatlens.studio.ui import rects, theme
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.texts import fit_text, named_keys, text_width
-
-_BAR_EM = 9.0
-GAP_EM = 0.5  # between text, progress bar and buttons
-_MINUTE_S = 60.0
-
-
-def export_words(state: ExportState | None) -> str:
-    """Return "Exporting 12 of 100, 30 s left" while an export is running, else ""."""
-    if state is None or state.code is not None:
-        return ""
-    if not state.frames:
-        return "Exporting"
-    return f"Exporting {state.done_frames} of {state.frames}{_time_left(state.remaining_s)}"
-
-
-def _time_left(remaining_s: float | None) -> str:
-    """Return the remaining time as text, in seconds or minutes; "" if it is unknown."""
-    if remaining_s is None:
-        return ""
-    if remaining_s < _MINUTE_S:
-        return f", {remaining_s:.0f} s left"
-    return f", {remaining_s / _MINUTE_S:.0f} min left"
-
-
-def export_title(state: ExportState | None) -> str:
-    """Return the start of the window title during an export: "45 % exported, "; else ""."""
-    if state is None or state.code is not None or not state.frames:
-        return ""
-    return f"{100 * state.done_frames // state.frames} % exported, "
-
-
-def export_bar_width(run: ExportRun, ui: UiState) -> float:
-    """Return the width of `export_bar` in screen units; 0 if it draws nothing."""
-    style, em = imgui.get_style(), imgui.get_font_size()
-    buttons, words = _export_parts(run, ui)
-    if not words:
-        return 0.0
-    width = imgui.calc_text_size(words).x + em  # a gap of one em to the text at its right
-    width += (_BAR_EM + GAP_EM) * em if run.is_busy else 0.0
-    for name in buttons:
-        width += imgui.calc_text_size(name).x + 2 * style.frame_padding.x + GAP_EM * em
-    return float(width)
-
-
-def export_bar(run: ExportRun, ui: UiState) -> None:
-    """Draw the progress with a Stop button, or the result with a button for its folder."""
-    buttons, words = _export_parts(run, ui)
-    state = run.state
-    if not words or state is None:
-        return
-    imgui.align_text_to_frame_padding()
-    imgui.text_colored(theme.colors.bad if state.code else theme.colors.message, words)
-    if run.is_busy:
-        imgui.same_line()
-        share = state.done_frames / state.frames if state.frames else 0.0
-        imgui.progress_bar(share, ImVec2(_BAR_EM * imgui.get_font_size(), 0), "")
-        rects.note("export progress")
-    for name in buttons:
-        imgui.same_line()
-        if widgets.button(f"{name}##export", f"status {name}"):
-            _run_button(name, run, ui)
-
-
-def _export_parts(run: ExportRun, ui: UiState) -> tuple[tuple[str, ...], str]:
-    """Return the names of the buttons and the text before them; note that an export ran."""
-    state = run.state
-    if state is None:
-        return (), ""
-    if state.code is None:
-        ui.shows_export_end = True
-        return ("Stop",), export_words(state)
-    if not ui.shows_export_end:
-        return (), ""
-    failure_words = "Export stopped" if state.is_stopped else "Export failed"
-    return ("Show folder", "x"), "Exported" if state.code == 0 else failure_words
-
-
-def _run_button(name: str, run: ExportRun, ui: UiState) -> None:
-    """Do what a button of the export bar says: stop, dismiss, or show the folder."""
-    if name == "Stop":
-        run.cancel()
-    elif name == "x":
-        ui.shows_export_end = False
-    elif run.state is not None:
-        webbrowser.open(Path(run.state.output).absolute().parent.as_uri())
-
+from heatlens.studio.ui.work_bar import work_bar, work_bar_width
 
 _EDGE_EM = 0.6
 _MAX_MESSAGE_SHARE = 0.65  # largest share of the width that a message takes from the readout
@@ -128,26 +37,24 @@ class StatusBar:
     def draw(self, hovered_px: tuple[int, int] | None) -> None:
         """Draw the bar; `hovered_px` is the pixel of the display window under the pointer.
 
-        The readout is at the left with the message beside it; export and sides are at the right.
+        The readout is at the left with the message beside it; at the right are the work that goes
+        on behind the window, and the sides.
         """
         facts, control, em = self._board.facts, self._control, imgui.get_font_size()
         reference = None if facts.reference is None else facts.reference.path.name
         sides = sides_words(facts.view, control, reference, facts.shown_picture)
         if sides and control.view.is_drawn:
             sides = f"{sides}    {zoom_words(control.view.zoom)}"
-        run = self._ui.files.exports.run
         right_x = imgui.get_window_width() - _EDGE_EM * em
-        export_width = export_bar_width(run, self._ui)
-        left_end = right_x - export_width - (imgui.calc_text_size(sides).x + em if sides else 0.0)
+        work_width = work_bar_width(self._ui)
+        left_end = right_x - work_width - (imgui.calc_text_size(sides).x + em if sides else 0.0)
         _draw_background()
         imgui.set_cursor_pos_x(_EDGE_EM * em)
         imgui.align_text_to_frame_padding()
         self._draw_left(hovered_px, left_end)
-        if export_width:
+        if work_width:
             imgui.same_line(max(left_end, em))
-            imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(GAP_EM * em, 0))
-            export_bar(run, self._ui)
-            imgui.pop_style_var()
+            work_bar(self._ui)
         if sides:
             imgui.same_line(right_x - imgui.calc_text_size(sides).x)
             imgui.text_disabled(printable(sides))

@@ -40,8 +40,8 @@ from heatlens.studio.ui.input_queue import InputQueue
 from heatlens.studio.ui.layout import restore_layout
 from heatlens.studio.ui.open_window import open_window, take_wake, wake_window
 from heatlens.studio.ui.screen import Screen
-from heatlens.studio.ui.status_bar import export_title
 from heatlens.studio.ui.window_gpu import WindowGpu, imgui_drawing
+from heatlens.studio.ui.work_bar import export_title
 
 
 # A wait for events without a limit never sees Ctrl-C: Python handles a signal only between two of

@@ -1,6 +1,6 @@
 """Undo: earlier shots, one step for each gesture, named after what it changed."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 
 from heatlens.core.model.lens.lens import Lens
@@ -59,6 +59,11 @@ class History:
     def with_current(self, shot: Shot) -> "History":
         """Return the history with `shot` as the current one; `end_gesture` makes its step."""
         return self if shot == self.current else replace(self, current=shot)
+
+    def changed_by(self, change: Callable[[Shot], Shot]) -> "History":
+        """Return the history with each shot of it changed in the same way."""
+        past, future = tuple(map(change, self.past)), tuple(map(change, self.future))
+        return History(past, change(self.last_step), change(self.current), future)
 
     def end_gesture(self) -> "History":
         """End the gesture: its changes become one step."""

@@ -95,22 +95,20 @@ class LiveFollowing(Commands, Worker):
 
     # Plates may be rendered again while the shot is open, so marks are measured again. That is no
     # act of the user, and makes no undo step. The shot may have changed since the thread began:
-    # the result is used only if its key is the same, and how the focus follows is taken from the
-    # current shot.
+    # the result is used only where the key is the same, and how the focus follows stays as it is.
     def _apply_measurement(self, measurement: _Measurement) -> None:
         """Put the measured distances into the shot, without an undo step."""
-        live, current_shot = measurement.shot.curves.live, self._editing.shot
-        if (
-            live is None
-            or current_shot.curves.live is None
-            or measurement.key != _measurement_key(current_shot)
-        ):
-            return
-        live = replace(live, follow=current_shot.curves.live.follow)
-        if live != current_shot.curves.live:
-            self._editing.amend(
-                replace(current_shot, curves=replace(current_shot.curves, live=live))
-            )
+        live = measurement.shot.curves.live
+
+        def measured(shot: Shot) -> Shot:
+            old_live = shot.curves.live
+            if live is None or old_live is None or measurement.key != _measurement_key(shot):
+                return shot
+            new_live = replace(live, follow=old_live.follow)
+            curves = replace(shot.curves, live=new_live)
+            return shot if new_live == old_live else replace(shot, curves=curves)
+
+        self._editing.amend(measured)
 
     def _start_measuring(self) -> None:
         """Start to measure on the thread if the marks or the plates may have changed."""

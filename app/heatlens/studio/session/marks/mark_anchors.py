@@ -1,12 +1,14 @@
 """What marks on plates hold on to over the frames: a place in the world, a surface, or a pixel."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.messages import report_errors
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import MarkAnchor, PointMark, WorldMark
 from heatlens.core.model.marks.track_mark import Click, TrackMark
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.mark_distance import make_world_mark, stands_still, world_point
 from heatlens.media.plate.plate import Plate
 from heatlens.studio.session.marks.mark_measuring import SurfaceTracking
@@ -23,7 +25,7 @@ class MarkAnchors(Commands):
         """Create it; `change` replaces a mark of the shot by another one."""
         super().__init__(shared)
         self._timeline, self._change = timeline, change
-        self.tracking = SurfaceTracking(shared, self._replace_by_tracked)
+        self.tracking = SurfaceTracking(shared, timeline)
         self.corrected_name: str | None = None  # the tracked mark that the next click corrects
 
     def is_playhead_shown(self) -> bool:
@@ -88,17 +90,26 @@ class MarkAnchors(Commands):
 
         For a mark that is tracked already this is a correction. Notifies the user.
         """
-        cache, frames = self._timeline.cache, self._timeline.frames
-        if cache is None or frames is None:
+        if self._timeline.cache is None:
             self._notify("Only surfaces in a sequence of plates can be tracked.")
-            return
-        if not self.is_playhead_shown():
-            return
-        click = Click(self._editing.frame, point.x_px, point.y_px)
-        track_mark = (
-            mark.add_click(click) if isinstance(mark, TrackMark) else TrackMark(mark.name, (click,))
-        )
-        self.tracking.start(mark, track_mark, cache, frames)
+        elif self.is_playhead_shown():
+            click = Click(self._editing.frame, point.x_px, point.y_px)
+            new_mark = TrackMark(mark.name, (click,))
+            track_mark = mark.add_click(click) if isinstance(mark, TrackMark) else new_mark
+            self.tracking.start(mark, track_mark, self._replace_by_tracked)
+
+    def follow_new(self, mark: Mark, frame: int) -> bool:
+        """Follow the surface under a new mark that was clicked on at a frame; part of its step.
+
+        Return False for a mark that has another hold, and where there are no frames to follow it.
+        """
+        frames = self._timeline.frames
+        if not isinstance(mark, PointMark) or self._timeline.cache is None or frames is None:
+            return False
+        if frames.count > 1:
+            click = Click(frame, mark.x_px, mark.y_px)
+            self.tracking.start(mark, TrackMark(mark.name, (click,)), self._hold_new)
+        return frames.count > 1
 
     @property
     def has_world(self) -> bool:
@@ -118,17 +129,37 @@ class MarkAnchors(Commands):
         self.corrected_name = mark.name
         self._notify(f"Ctrl+Shift+click where {mark.name} is at this frame.")
 
-    def _replace_by_tracked(self, old_mark: Mark, tracked_mark: TrackMark) -> None:
-        """Replace a mark by its tracked one, and report at how many frames it is visible."""
-        if old_mark in self._editing.shot.marks:  # it was not deleted meanwhile
-            self._change(old_mark, tracked_mark)
-            visible_count = sum(position.distance_m is not None for position in tracked_mark.places)
-            doubt_note = (
-                f", {len(tracked_mark.doubtful_frames)} of them to be looked at"
-                if tracked_mark.doubtful_frames
-                else ""
-            )
-            self._notify(
-                f"{tracked_mark.name} is seen at {visible_count} of {len(tracked_mark.places)} "
-                f"frames{doubt_note}."
-            )
+    def _replace_by_tracked(self, marks: tuple[Mark, ...], tracked_mark: TrackMark) -> None:
+        """Replace a mark by its tracked one as an undo step, and report where it is visible."""
+        mark = replace(tracked_mark, name=marks[-1].name)
+        self._change(marks[-1], mark)
+        self._notify(_seen_words(mark))
+
+    def _hold_new(self, marks: tuple[Mark, ...], tracked_mark: TrackMark) -> None:
+        """Let a new mark hold on to its surface, in all steps of undo that have the mark."""
+        name = marks[-1].name
+        if _seen_count(tracked_mark) < 2:
+            self._notify(f"{name} is found at its own frame alone: it stays on the pixel.")
+            return
+        tracked_marks = {mark: replace(tracked_mark, name=mark.name) for mark in marks}
+
+        def hold(shot: Shot) -> Shot:
+            return replace(shot, marks=tuple(tracked_marks.get(it, it) for it in shot.marks))
+
+        self._editing.amend(hold)
+        self._notify(_seen_words(replace(tracked_mark, name=name)))
+
+
+def _seen_count(mark: TrackMark) -> int:
+    """Return the number of frames at which a tracked surface is visible."""
+    return sum(place.distance_m is not None for place in mark.places)
+
+
+def _seen_words(mark: TrackMark) -> str:
+    """Return at how many frames a tracked surface is visible, and how many are doubtful."""
+    doubtful_count = len(mark.doubtful_frames)
+    doubt_note = f", {doubtful_count} of them to be looked at" if doubtful_count else ""
+    return (
+        f"{mark.name} holds on to the surface, seen at {_seen_count(mark)} of {len(mark.places)} "
+        f"frames{doubt_note}."
+    )

@@ -57,11 +57,14 @@ class MarkCommands(Commands, Worker):
         self._reader: Background[_Measured] = Background(self._wake)
         self._picker: Background[PointMark | MatteMark] = Background(self._wake)
         self.anchors = MarkAnchors(shared, timeline, self.change)
+        self._clicked_frame = self._editing.frame
         self._matte_receiver: Callable[[str], None] | None = None  # is given the next clicked matte
         self.matte_distances = MatteDistances(self._wake)
         self.live = LiveFollowing(shared)
         self.light = MatteLight(shared)
-        self.distances = MarkDistances(shared, timeline, scenes, self.matte_distances)
+        self.distances = MarkDistances(
+            *(shared, timeline, scenes, self.matte_distances), self.anchors.tracking.is_awaited
+        )
         self.pulls = FocusPulls(shared, timeline, self.distances, self.live)
         self.workers: tuple[Worker, ...] = (
             self,
@@ -75,11 +78,7 @@ class MarkCommands(Commands, Worker):
     @property
     def is_reading(self) -> bool:
         """True while frames are read or drawn to follow a mark."""
-        return (
-            self._reader.is_busy
-            or self.anchors.tracking.is_busy
-            or self._scene_measurement is not None
-        )
+        return self._reader.is_busy or self._scene_measurement is not None
 
     # One mark
 
@@ -97,6 +96,7 @@ class MarkCommands(Commands, Worker):
         plate = self._source.plate
         if plate is None or not self.anchors.is_playhead_shown():
             return
+        self._clicked_frame = self._editing.frame
         pixel = self._source.frame_px(self._editing.lens, pixel)
         with report_errors(self._notify):
             plate_px = self._source.feed.plate_px(self._editing.shot, pixel)
@@ -142,8 +142,8 @@ class MarkCommands(Commands, Worker):
         anchor = MarkAnchor.of(mark)
         held_words = "" if anchor is None else f" on the {anchor}"
         hint = "Shift+M pulls the focus from mark to mark."
-        if anchor is MarkAnchor.PIXEL and self._timeline.cache is not None:
-            hint = "The Marks tab can let it follow the surface there."
+        if self.anchors.follow_new(mark, self._clicked_frame):
+            hint = "Other frames are read to follow the surface there; Stop keeps the pixel."
         self._notify(f"Mark {mark.name} is set{held_words}. {hint}")
 
     def change(self, old_mark: Mark, new_mark: Mark) -> None:
@@ -154,6 +154,7 @@ class MarkCommands(Commands, Worker):
         curves = replace(shot.curves, live=live)
         self._editing.do(replace(shot, marks=marks, curves=curves))
         self.pulls.rename_mark(old_mark.name, new_mark.name)
+        self.anchors.tracking.note_change(old_mark, new_mark)
 
     def move_distance(self, name: str, distance_m: float) -> None:
         """Move a distance mark, as part of the current gesture."""

@@ -83,8 +83,11 @@ class MarkDistances(Commands, Worker):
         timeline: Timeline,
         scenes: SceneCommands,
         matte_distances: MatteDistances,
+        is_awaited: Callable[[Mark, int], bool],
     ) -> None:
+        """Create it; `is_awaited` tells that a mark at a frame is being tracked."""
         super().__init__(shared)
+        self._is_awaited = is_awaited
         self._timeline, self._scenes, self._matte_distances = timeline, scenes, matte_distances
         self._reader: Background[_Reading] = Background(self._wake)
         self._read_distances: dict[
@@ -179,6 +182,8 @@ class MarkDistances(Commands, Worker):
 
     def measure(self, mark: Mark, frame: int) -> MarkDistance:
         """Return the distance of a mark at a frame; begin to read the frame if it is not known."""
+        if self._is_awaited(mark, frame):
+            return _UNKNOWN
         distance = self._known_distance((mark, frame))
         if not distance.is_known and not self._reader.is_busy:
             self._begin_reading((mark, frame))
@@ -193,7 +198,12 @@ class MarkDistances(Commands, Worker):
         self._answer_request()
         if self._request is not None:
             frames = " and ".join(sorted({str(frame) for _, frame in self._unknown(mark_frames)}))
-            self._notify(f"Reading frame {frames} to measure how far the mark is there ...")
+            awaited = sorted({mark.name for mark, at in mark_frames if self._is_awaited(mark, at)})
+            self._notify(
+                f"This waits until {' and '.join(awaited)} is followed through the frames ..."
+                if awaited
+                else f"Reading frame {frames} to measure how far the mark is there ..."
+            )
 
     @property
     def has_request(self) -> bool:
@@ -209,8 +219,12 @@ class MarkDistances(Commands, Worker):
     def _answer_request(self) -> None:
         """Answer the request if all its distances are known; else read the next frame for it."""
         request = self._request
-        if request is None:
+        if request is None or any(self._is_awaited(*it) for it in request.mark_frames):
             return
+        named = self._editing.shot.mark_named  # a mark may be tracked since the request
+        request = replace(
+            request, mark_frames=tuple((named(it.name) or it, at) for it, at in request.mark_frames)
+        )
         if request.opened is not self._source.opened:
             self._request = None
         elif unknown_mark_frames := self._unknown(request.mark_frames):

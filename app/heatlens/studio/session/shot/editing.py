@@ -264,12 +264,9 @@ class Editing:
         self._trial_lens = None
         self.history = self.history.end_gesture().with_current(shot).end_gesture()
 
-    def amend(self, shot: Shot) -> None:
-        """Replace the shot by one with new measurements, without an undo step."""
-        is_rest = self.history.current == self.history.last_step
-        self.history = replace(self.history, current=shot)
-        if is_rest:
-            self.history = replace(self.history, last_step=shot)
+    def amend(self, change: Callable[[Shot], Shot]) -> None:
+        """Put new measurements into the shot and all steps of undo and redo, without a step."""
+        self.history = self.history.changed_by(change)
 
     def settle(self) -> None:
         """Record the changes so far as an undo step."""

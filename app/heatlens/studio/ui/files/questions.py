@@ -5,7 +5,7 @@ from heatlens.deliver.farm.export_process import ExportRun
 from heatlens.studio.board.controls import FileControl
 from heatlens.studio.ui.answers import ask
 from heatlens.studio.ui.state import UiScale, UiState
-from heatlens.studio.ui.status_bar import export_words
+from heatlens.studio.ui.work_bar import export_words
 
 _LEAVE_WORDS = "The cluster can go on with it; opening the shot again shows how far it is."
 _LEAVE, _STOP, _KEEP = "Leave it to the cluster and close", "Stop it and close", "Keep exporting"

@@ -29,10 +29,10 @@ def mark_row_controls(control: TimeControl, mark: Mark) -> None:
     if widgets.button(f"focus##{mark.name}", f"go {mark.name}"):
         commands.focus_on(mark)
     tracking = commands.anchors.tracking
-    if tracking.is_busy and tracking.mark == mark:
+    if tracking.follows(mark):
         same_line_if_fits("stop tracking")
         if widgets.button(f"stop tracking##{mark.name}", f"stop {mark.name}", _STOP_TIP):
-            tracking.stop()
+            tracking.stop(mark)
     elif not isinstance(mark, DistanceMark):
         same_line_if_fits("follow")
         with widgets.disabled(commands.is_reading):
