@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from heatlens.core.model.boxes import Box
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.lens.pupil import PINHOLE
 from heatlens.core.model.shot.camera_track import pose_looking_at
@@ -246,3 +247,19 @@ def test_still_life_is_drawn_through_its_camera(raster: SceneRaster) -> None:
     assert np.all(np.isfinite(color)) and np.all(color[..., 3] == 1.0)
     assert 2.0 < depth.min() and 0.2 < np.isinf(depth).mean() < 0.5
     assert color.max() == pytest.approx(40.0, rel=0.2)
+
+
+def test_band_leaves_out_what_it_cannot_show_and_nothing_else(ctx, rows=8):
+    """All eight bands together are the whole picture, and some draw fewer instances than it."""
+    rng = np.random.default_rng(5)
+    middles = rng.uniform((-12, -8, -30), (12, 8, 2), (60, 3))
+    places = [(0, placement(*map(float, middle))) for middle in middles]
+    raster, view = SceneRaster(ctx), replace(VIEW, jitter_px=(0.3, -0.4))
+    whole = draw_scene(raster, scene_of((sphere(0.6, splits=1),), places), view)
+    color, counts = new_texture(ctx, SIZE, 4), []
+    for band in (Box(0, y, SIZE[0], y + rows) for y in range(0, SIZE[1], rows)):
+        counts.append(int(view.may_show(raster._corners_m, (band.y0, band.y1)).sum()))
+        raster.draw(view, color, band)
+        drawn = download(color)[band.y0 : band.y1]
+        np.testing.assert_array_equal(drawn, whole[band.y0 : band.y1])
+    assert max(counts) < 40 and sum(counts) > 0

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+import numpy.typing as npt
 
 from heatlens.core.model.focus.coc import axial_dioptres, lens_diameter_m
 from heatlens.core.model.focus.focus_offset import LEVEL, FocusOffset, focus_offset_of
@@ -27,6 +28,7 @@ from heatlens.media.scene.scene import Array
 from heatlens.media.scene.scene_bounds import corners_of
 
 _NEAR_TO_FAR_LEAST = 1e-4  # nearest near plane as a part of the far plane, for 24 bits of depth
+_WIDER = 1.01  # by this factor the view is widened before a box is left out, for what is rounded
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,6 +95,20 @@ class SceneView:
         tilt = np.array([self.focus_offset.slope[0], -self.focus_offset.slope[1]]) * self.focal_px
         u, scale = np.array(self.offset_m), np.array([x, y])
         return np.asarray(np.outer(scale * u, tilt / scale) / (1.0 - tilt @ u))
+
+    def may_show(self, corners_m: Array, rows: tuple[int, int]) -> npt.NDArray[np.bool_]:
+        """Return (N,) whether boxes with `corners_m` (N, 8, 3) may be seen in some rows.
+
+        `rows` are the first and the one after the last. False is certain: all corners of a box lie
+        on the outer side of one plane that bounds the view of these rows.
+        """
+        clip = corners_m @ self.clip_from_world[:, :3].T + self.clip_from_world[:, 3]
+        x, y, z, w = np.moveaxis(clip, -1, 0)
+        # one row more on either side, for what is rounded
+        above, below = (2 * row / self.size[1] - 1 for row in (rows[0] - 1, rows[1] + 1))
+        outside = (y < above * w, y > below * w, x < -_WIDER * w, x > _WIDER * w, z < -w)
+        may_show: npt.NDArray[np.bool_] = ~np.any([it.all(axis=1) for it in outside], axis=0)
+        return may_show
 
     @property
     def eye_m(self) -> Array:

@@ -32,9 +32,9 @@ class Bands:
         """Make bands for a scene of so many `triangles`, all of which each band draws again.
 
         The attribute `share`, 1 at most, makes the bands of `of` smaller on a processor; it may
-        change at any time.
+        change at any time. `are_small` is False on a GPU, where bands have the largest size.
         """
-        self._uses_bands, self._triangles, self.share = is_software(ctx), triangles, 1.0
+        self.are_small, self._triangles, self.share = is_software(ctx), triangles, 1.0
 
     def _band_pixels(self, share: float) -> int:
         """Return how many pixels a band has on a processor; `share` is that of the usual size."""
@@ -49,7 +49,7 @@ class Bands:
         while y < height:
             pixels = factor * self._band_pixels(self.share)
             step = max(_ROWS_LEAST, round(self.share * _ROWS))
-            rows = -(-pixels // (width * step)) * step if self._uses_bands else height
+            rows = -(-pixels // (width * step)) * step if self.are_small else height
             yield Box(0, y, width, min(y + rows, height))
             y += rows
 
@@ -65,9 +65,7 @@ class Bands:
         """
         width, height = size
         samples_max = (
-            min(factor * self._band_pixels(1.0), _SAMPLES_MOST)
-            if self._uses_bands
-            else _SAMPLES_MOST
+            min(factor * self._band_pixels(1.0), _SAMPLES_MOST) if self.are_small else _SAMPLES_MOST
         )
         count = -(-height // max(1, samples_max // (width * across * across)))
         rows = -(-height // count)

@@ -64,7 +64,9 @@ class MeshDraw:
         buffers = self._buffers
         all_textures = buffers.textures | dict(textures or {})
         self._program.bind(textures=all_textures, uniforms=uniforms, buffers=buffers.storage)
-        self._array.render_indirect(buffers.commands, Primitive.TRIANGLES, buffers.command_count)
+        if buffers.command_count:
+            commands, count = buffers.commands, buffers.command_count
+            self._array.render_indirect(commands, Primitive.TRIANGLES, count)
 
     def release(self) -> None:
         """Release the program and its vertex array; the buffers belong to the scene."""

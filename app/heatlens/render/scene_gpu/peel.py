@@ -26,7 +26,8 @@ from heatlens.render.scene_gpu.bands import Rows, view_of_samples
 from heatlens.render.scene_gpu.depth_survey import DepthSurvey
 from heatlens.render.scene_gpu.mesh_draw import MeshDraw
 from heatlens.render.scene_gpu.overscan import Overscan
-from heatlens.render.scene_gpu.raster import SceneRaster, SkyDraw, eye_uniforms
+from heatlens.render.scene_gpu.raster import SceneRaster, SkyDraw
+from heatlens.render.scene_gpu.view_uniforms import eye_uniforms
 
 _PEEL = {"PEEL": 1}
 
@@ -49,7 +50,7 @@ class SurfaceRaster:
         if view.rows_above == band.y0 == 0:
             target.clear()
         target.viewport = 0, view.rows_above, *view.size
-        with self._raster.bind_band(target, band, view.rows_above):
+        with self._raster.bind_band(target, view, band):
             self._raster.hide_done_pixels(target, view, done)
             self._raster.draw_into(target, view, self._raster.cover, self._surface, self._sky)
         target.viewport = 0, 0, *out.size
@@ -62,7 +63,7 @@ class SurfaceRaster:
         """
         self._raster.buffers.write_back_rules(view.eye_m)
         peel_uniforms = eye_uniforms(view) | {"before_is_depth": previous.components == 1}
-        with self._raster.bind_band(self._raster.targets.of(out), band) as target:
+        with self._raster.bind_band(self._raster.targets.of(out), view, band) as target:
             target.clear()
             self._raster.draw_into(
                 target,

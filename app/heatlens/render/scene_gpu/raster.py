@@ -6,7 +6,7 @@ shaded once.
 
 import math
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +25,14 @@ from heatlens.render.scene_gpu.mesh_draw import MeshDraw, ShadowPass
 from heatlens.render.scene_gpu.scene_buffers import SceneBuffers
 from heatlens.render.scene_gpu.scene_records import light_uniforms
 from heatlens.render.scene_gpu.sky_light import diffuse_polynomial
+from heatlens.render.scene_gpu.view_uniforms import (
+    columns,
+    cover_uniforms,
+    eye_uniforms,
+    mesh_uniforms,
+    sample_uniforms,
+    sky_uniforms,
+)
 
 
 class SceneRaster:
@@ -84,11 +92,12 @@ class SceneRaster:
         self._placed_transforms, self._frame = np.array(transforms), frame
         self.buffers.place(transforms)
         self.buffers.reshape(scene.shapes_at(frame))
+        self._corners_m = self.buffers.corners_m(transforms)
         lighting = scene.lighting_at(frame)
         self._daylight, self._lights = lighting.daylight, light_uniforms(lighting.lights)
         if max(self._daylight.sun) > 0:
-            corners = self.buffers.corners_m(transforms).reshape(-1, 3)
-            self._shadow.draw(self._draws["cover"], corners, sun_direction(self._daylight))
+            corners, to_sun = self._corners_m.reshape(-1, 3), sun_direction(self._daylight)
+            self._shadow.draw(self._draws["cover"], corners, to_sun)
 
     def shading_uniforms(self) -> dict[str, object]:
         """Return the uniforms of lib/shading.lib.glsl.
@@ -113,13 +122,13 @@ class SceneRaster:
 
         With `band` only these rows are drawn.
         """
-        with self.bind_band(self.targets.of(color), band) as target:
+        with self.bind_band(self.targets.of(color), view, band) as target:
             target.clear()
             self.draw_into(target, view, self._draws["cover"], self._draws["surface"], self._sky)
 
     def depth(self, view: SceneView, depth: Texture, band: Box | None = None) -> None:
         """Draw planar meters at the view's jitter into `depth`, R float32; +inf for sky."""
-        with self.bind_band(self.targets.of(depth), band) as target:
+        with self.bind_band(self.targets.of(depth), view, band) as target:
             target.clear(red=math.inf)
             self._ctx.draw_with(depth=DepthTest.LESS)
             self._draws["depth"](cover_uniforms(replace(view, sample=None)))
@@ -127,19 +136,27 @@ class SceneRaster:
 
     @contextmanager
     def bind_band(
-        self, target: Framebuffer, band: Box | None, rows_above: int = 0
+        self, target: Framebuffer, view: SceneView, band: Box | None
     ) -> Iterator[Framebuffer]:
-        """Bind a target, and restrict drawing to `band`, moved down by `rows_above`.
+        """Bind a target, and restrict drawing to a band of a view, until the block ends.
 
-        None as `band` draws everywhere. The restriction ends with the block.
+        None as `band` draws everywhere.
         """
         if band is not None and band.shape != target.size[::-1]:  # else clearing would be slower
-            target.scissor = band.x0, rows_above + band.y0, band.width, band.height
+            target.scissor = band.x0, view.rows_above + band.y0, band.width, band.height
         target.use()
         try:
-            yield target
+            with self._draw_only_in(view, band):
+                yield target
         finally:
             target.scissor = None
+
+    # Every band would process the vertices of the whole scene.
+    def _draw_only_in(self, view: SceneView, band: Box | None) -> AbstractContextManager[None]:
+        """Leave out what a band of a view cannot show, until the block ends."""
+        if band is None or not self.bands.are_small:
+            return nullcontext()
+        return self.buffers.draw_only(view.may_show(self._corners_m, (band.y0, band.y1)))
 
     def hide_done_pixels(self, target: Framebuffer, view: SceneView, done: Texture) -> None:
         """Cover the pixels where `done`, R, is not 0 with a depth nearer than everything else.
@@ -251,47 +268,7 @@ class SkyDraw:
         self._program.release()
 
 
-def columns(matrix: Array) -> tuple[float, ...]:
-    """Return a matrix column by column, as GLSL expects it."""
-    return tuple(map(float, matrix.T.ravel()))
-
-
 def sun_direction(daylight: Daylight) -> Array:
     """Return the unit vector (3,) towards the sun; straight up for a vector of length 0."""
     length = float(np.linalg.norm(daylight.to_sun))
     return np.divide(daylight.to_sun, length) if length > 1e-12 else np.array([0.0, 1.0, 0.0])
-
-
-def mesh_uniforms(view: SceneView) -> dict[str, object]:
-    """Return the uniforms of scene_mesh.vert.glsl for a view."""
-    return {"clip_from_world": columns(view.clip_from_world)}
-
-
-def cover_uniforms(view: SceneView) -> dict[str, object]:
-    """Return the uniforms of scene_cover and scene_depth for a view."""
-    return (
-        mesh_uniforms(view)
-        | {"draw_number": -1 if view.sample is None else view.sample}
-        | sample_uniforms(view)
-    )
-
-
-def sample_uniforms(view: SceneView) -> dict[str, object]:
-    """Return the uniforms of lib/samples.lib.glsl for a view."""
-    return {
-        "samples_across": view.across,
-        "first_row": view.first_row,
-        "rows_above": view.rows_above,
-    }
-
-
-def eye_uniforms(view: SceneView) -> dict[str, object]:
-    """Return the uniforms of scene_surface.frag.glsl for a view."""
-    return {"eye_m": tuple(map(float, view.eye_m))}
-
-
-def sky_uniforms(view: SceneView) -> dict[str, object]:
-    """Return the uniforms of scene_sky.vert.glsl for a view."""
-    screen_from_world = view.clip_from_world[[0, 1, 3], :3]
-    world_from_screen = np.asarray(np.linalg.inv(screen_from_world), np.float64)
-    return {"world_from_screen": columns(world_from_screen)}

@@ -3,10 +3,12 @@
 The pictures that color its surfaces are layers of one texture.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from heatlens.media.scene.scene import Array, Mesh, Scene
 from heatlens.media.scene.scene_bounds import transform_corners
@@ -39,7 +41,7 @@ class SceneBuffers:
     first_triangle  (meshes + 1,) where each mesh's triangles begin
     instances       INSTANCE, those of one mesh after each other
     order           (N,) the scene's instance at each index of `instances`
-    commands        one indexed indirect draw for each visible mesh, `command_count` of them
+    commands        indexed indirect draws of the instances, `command_count` of them
     maps            RGBA8 layers of one size, as the files keep them; one white texel for none
     boxes_m         (meshes, 2, 3) bounds of each mesh in its own axes
     """
@@ -59,9 +61,11 @@ class SceneBuffers:
         self.more_uvs = ctx.buffer(more_uvs_of(scene.meshes)) if has_placements else None
         self.placements = ctx.buffer(placements_of(scene.materials)) if has_placements else None
         self.triangles = ctx.buffer(triangles.tobytes())
-        commands = draw_commands(self._meshes, self.first_triangle)
+        everything = np.ones(len(self.order), bool)
+        commands = draw_commands(self._meshes, self.first_triangle, everything)
         self.command_count = len(commands)
-        self.commands = ctx.buffer(commands.tobytes())
+        self.commands = self._all_commands = ctx.buffer(commands.tobytes())
+        self._some_commands = ctx.buffer(reserve=len(self.order) * commands.itemsize * 5)
         self.instances = ctx.buffer(reserve=len(self.order) * INSTANCE.itemsize)
         self._instance_records = np.zeros(len(self.order), INSTANCE)
         self.materials = materials_of(ctx, scene.materials)
@@ -122,6 +126,18 @@ class SceneBuffers:
             self.vertices.write(records.tobytes(), offset=start)
             self.boxes_m[mesh_index] = mesh.box_m
 
+    @contextmanager
+    def draw_only(self, is_drawn: npt.NDArray[np.bool_]) -> Iterator[None]:
+        """Draw only some instances within the block; `is_drawn` (N,) is in the scene's order."""
+        count = self.command_count
+        commands = draw_commands(self._meshes, self.first_triangle, is_drawn[self.order])
+        self._some_commands.write(commands.tobytes())
+        self.commands, self.command_count = self._some_commands, len(commands)
+        try:
+            yield
+        finally:
+            self.commands, self.command_count = self._all_commands, count
+
     def write_back_rules(self, eye_m: Array) -> None:
         """Write how back faces are recognized from `eye_m`; call this after `place`."""
         records = self._instance_records
@@ -145,7 +161,7 @@ class SceneBuffers:
 
     def release(self) -> None:
         """Release everything on the GPU."""
-        for buffer in (self.vertices, self.triangles, self.commands):
+        for buffer in (self.vertices, self.triangles, self._all_commands, self._some_commands):
             buffer.release()
         for buffer in (self.storage | self.vertex_storage).values():
             buffer.release()

@@ -83,21 +83,24 @@ def placements_of(materials: Sequence[Material]) -> bytes:
 
 
 def draw_commands(
-    meshes: npt.NDArray[np.int64], first_triangle: npt.NDArray[np.int64]
+    meshes: npt.NDArray[np.int64],
+    first_triangle: npt.NDArray[np.int64],
+    is_drawn: npt.NDArray[np.bool_],
 ) -> npt.NDArray[np.uint32]:
-    """Return the commands (M, 5) of indirect draws, one for all instances of each visible mesh.
+    """Return the commands (M, 5) of indirect draws, one for each run of instances of one mesh.
 
-    `meshes` is the mesh of each instance, sorted; `first_triangle` is that of each mesh.
+    `meshes` is the mesh of each instance, sorted, and `is_drawn` whether it is drawn;
+    `first_triangle` is that of each mesh.
     """
-    drawn_meshes, base_instance, count = np.unique(meshes, return_index=True, return_counts=True)
-    commands = np.zeros((len(drawn_meshes), _COMMAND_WORDS), np.uint32)
+    drawn = np.flatnonzero(is_drawn)
+    is_next = (np.diff(drawn, prepend=-2) == 1) & (np.diff(meshes[drawn], prepend=-1) == 0)
+    starts = np.flatnonzero(~is_next)
+    base_instance, count = drawn[starts], np.diff(starts, append=len(drawn))
+    mesh = meshes[base_instance]
+    commands = np.zeros((len(starts), _COMMAND_WORDS), np.uint32)
     # the words of a command, see _COMMAND_WORDS; the base vertex stays 0
-    commands[:, 0] = 3 * (first_triangle[drawn_meshes + 1] - first_triangle[drawn_meshes])
-    commands[:, 1], commands[:, 2], commands[:, 4] = (
-        count,
-        3 * first_triangle[drawn_meshes],
-        base_instance,
-    )
+    commands[:, 0] = 3 * (first_triangle[mesh + 1] - first_triangle[mesh])
+    commands[:, 1], commands[:, 2], commands[:, 4] = count, 3 * first_triangle[mesh], base_instance
     return commands
 
 
