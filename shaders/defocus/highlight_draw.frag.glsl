@@ -22,6 +22,7 @@
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, Fragment
 #endif
 #include "lib/bit_search.lib.glsl"  // lowest_bit
+#include "lib/highlights.lib.glsl"  // MARGIN_PX, margin_of
 #include "lib/kind.lib.glsl"  // FAR_EDGE, LISTED
 #include "lib/pixel_cover.lib.glsl"  // pixel_coverage
 
@@ -49,10 +50,6 @@ out vec4 out_light;
 // A ray is tested in at most STEPS steps, of at least STEP_PX pixels each.
 #define STEPS 16
 #define STEP_PX 0.5
-// A surface nearer by less than MARGIN_PX, or less than MARGIN_SHARE of the highlight's coc, belongs to
-// the highlight.
-#define MARGIN_PX 2.0
-#define MARGIN_SHARE 0.1
 // A highlight is tested by a ray for each square of PX_A_RAY that the nearest surface moves by, and by RAYS_MOST at most.
 #define PX_A_RAY 8.0
 #define RAYS_MOST 36.0
@@ -193,7 +190,7 @@ float hidden_by_lists(Ray ray, uint listed_steps, uint mixed_steps, float hidden
 // examined in a second loop, because a software rasterizer runs the whole body of a loop as soon as one of its
 // invocations needs part of it.
 float hidden_share(vec2 at, vec2 center, float coc) {
-    float start = coc - max(MARGIN_PX, MARGIN_SHARE * abs(coc));
+    float start = coc - margin_of(coc);
     vec2 per_px = (at - center) / coc;
     int steps = clamp(int(ceil(length(per_px) * (start - nearest_px) / STEP_PX)), 1, STEPS);
     Ray ray = Ray(center, per_px, coc, start, (start - nearest_px) / float(steps));

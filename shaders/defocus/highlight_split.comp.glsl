@@ -21,6 +21,9 @@
 #endif
 #include "lib/highlight_limit.lib.glsl"  // NO_HIGHLIGHT, limit_of, surface_of, not_before_focus, highlight_share, mean_of
 #include "lib/highlight_rim.lib.glsl"  // Seen, look_around, is_beside_nearer, share_of, rim_of, color_tx, coc_tx
+#ifdef LISTS
+#include "lib/highlights.lib.glsl"  // margin_of
+#endif
 #include "lib/lit_bits.lib.glsl"  // lit_word, lit_bit, lit_buf
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
@@ -60,10 +63,6 @@ float disc_share(float diameter) { return smoothstep(LEAST_COC_PX, WHOLE_COC_PX,
 float apart_from(float surface, float brightest) { return 1.0 - surface * surface_share(brightest); }
 
 #ifdef LISTS
-// A surface hides a light in highlight_draw.frag.glsl if it is nearer by MARGIN_PX of coc, and by the share
-// MARGIN_SHARE of the coc of the light.
-#define MARGIN_PX 2.0
-#define MARGIN_SHARE 0.1
 #define HIDDEN 0.02       // visible share of the pixel below which a fragment's light is drawn or lost
 #define SAME_COC_PX 0.5   // coc within this difference, or this share of the coc, belong to one surface
 #define SAME_COC_SHARE 0.05
@@ -193,7 +192,7 @@ void split_list(ivec2 at, float front_coc, float around, float surface, inout ve
         // Share of the fragment's light that is a highlight and would be drawn.
         float coc = lamp.coc, drawn_share = lamp.share * apart_from(surface, brightest.x);
         if (!lamp.is_hidden) drawn_share *= disc_share(max(abs(fragment.coc), abs(coc)));
-        float margin = max(MARGIN_PX, MARGIN_SHARE * abs(coc));
+        float margin = margin_of(coc);  // a surface nearer by more hides the light in highlight_draw.frag.glsl
         vec3 light = drawn_share * fragment.color, drawn_light = fragment.cover * light;
         if (drawn_share > 0.0) drawn_light *= transmission_past(list, i, coc - margin);
         bool is_front = list.has_front && i == list.first, is_hidden = uncovered < HIDDEN;

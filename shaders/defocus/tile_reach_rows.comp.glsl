@@ -6,7 +6,7 @@
 //
 // Inputs
 //   content_buf    word of each tile of the picture (tile_layers.comp.glsl)
-//   nearest_tx     r least signed coc in each tile of the picture (circle of confusion, diameter in pixels)
+//   coc_range_tx   r least signed coc in each tile of the picture (circle of confusion, diameter in pixels)
 // Outputs
 //   distance_buf   for each tile of each layer the number of tiles to the next with content; FAR_AWAY for none
 //   hole_buf       for each layer and tile of the picture the number of tiles to the next hole; FAR_AWAY for none
@@ -20,7 +20,7 @@ layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
 
 uniform int hole_reach;  // tiles of the picture beyond which a hole has no effect
 layout(std430) readonly buffer content_block { uint content_buf[]; };
-uniform sampler2D nearest_tx;
+uniform sampler2D coc_range_tx;
 layout(std430) writeonly buffer distance_block { int distance_buf[]; };
 layout(std430) writeonly buffer hole_block { int hole_buf[]; };
 layout(std430) writeonly buffer hider_block { float hider_buf[]; };
@@ -54,7 +54,7 @@ float nearest_in(LayerTile tile) {
     float nearest = 1e30;
     ivec2 first = tile.at * tile.reduction, end = min(first + tile.reduction, picture_tiles);
     for (int y = first.y; y < end.y; ++y)
-        for (int x = first.x; x < end.x; ++x) nearest = min(nearest, texelFetch(nearest_tx, ivec2(x, y), 0).r);
+        for (int x = first.x; x < end.x; ++x) nearest = min(nearest, texelFetch(coc_range_tx, ivec2(x, y), 0).r);
     return nearest;
 }
 

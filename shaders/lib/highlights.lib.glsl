@@ -13,6 +13,11 @@ struct Sprite {
     vec4 light;  // rgb of a pixel wholly inside the disc; a 0
 };
 
+// A surface nearer by less than MARGIN_PX, or less than MARGIN_SHARE of the highlight's coc, belongs to the highlight.
+#define MARGIN_PX 2.0
+#define MARGIN_SHARE 0.1
+float margin_of(float coc) { return max(MARGIN_PX, MARGIN_SHARE * abs(coc)); }
+
 #define AREA_UNITS 0x100000u  // the largest area that may be drawn, in the unit in which areas are counted
 
 // What is drawn, and the sums from which this is decided.

@@ -86,15 +86,15 @@ class RenderedLamps:
             empty.write(bytes(size[0] * size[1] * empty.components * int(empty.dtype[1])))
         kind.write(np.stack([0 * coc, coc], -1).astype(np.float16))  # unmixed; its nearest surface
         self._ctx, self._picture = ctx, UnmixedPicture(self.color, self.coc, kind, far, near)
-        self.draw(least_coc_of_tiles(coc))
+        self.draw(coc_range_of_tiles(coc))
 
-    def draw(self, nearest: FloatArray) -> None:
-        """Draw into `out`; `nearest` has the least coc of each tile."""
+    def draw(self, coc_range: FloatArray) -> None:
+        """Draw into `out`; `coc_range` has the least and the greatest coc of each tile."""
         self.out.write(bytes(16 * self.out.width * self.out.height))
-        least = new_texture(self._ctx, nearest.shape[::-1], 1)
-        upload(least, nearest)
+        of_tiles = new_texture(self._ctx, (coc_range.shape[1], coc_range.shape[0]), 2)
+        upload(of_tiles, coc_range)
         drawn = self._passes.drawing.steps
-        list(drawn(self.buffers, self._picture, least, self.optics, self.out))
+        list(drawn(self.buffers, self._picture, of_tiles, self.optics, self.out))
 
     @property
     def count(self) -> int:
@@ -114,14 +114,15 @@ def lit_pixels(lit: Buffer, size: tuple[int, int]) -> NDArray[np.bool_]:
     return whole[: size[1], : size[0]].astype(bool)
 
 
-def least_coc_of_tiles(coc: FloatArray) -> FloatArray:
+def coc_range_of_tiles(coc: FloatArray) -> FloatArray:
     down, across = (-(-side // TILE) for side in coc.shape)
     whole = np.pad(
         coc,
         [(0, TILE * n - side) for n, side in zip((down, across), coc.shape, strict=True)],
         "edge",
     )
-    return whole.reshape(down, TILE, across, TILE).min(axis=(1, 3))
+    tiles = whole.reshape(down, TILE, across, TILE)
+    return np.stack([tiles.min(axis=(1, 3)), tiles.max(axis=(1, 3))], -1)
 
 
 def dark_picture_with_lamps(
@@ -153,13 +154,16 @@ def test_least_coc_of_tiles_does_not_change_occlusion(
     coc = np.full((300, 300), 14.0, np.float32)
     coc[100:200, ::7], coc[:90, 200:], coc[280:, :20] = 1.0, -9.0, -60.0
     lamps = RenderedLamps(ctx, color, coc)
-    by_tile = lamps.drawn
-    lamps.draw(np.full_like(least_coc_of_tiles(coc), coc.min()))
+    by_tile, of_tiles = lamps.drawn, coc_range_of_tiles(coc)
+    of_tiles[..., 0] = coc.min()
+    lamps.draw(of_tiles)
     assert lamps.count > 20 and np.array_equal(lamps.drawn, by_tile)
-    lamps.draw(
-        np.full_like(least_coc_of_tiles(coc), 14.0)
-    )  # nothing nearer is known of: nothing hides
+    of_tiles[...] = 14.0  # nothing nearer is known of: nothing hides
+    lamps.draw(of_tiles)
     assert not np.array_equal(lamps.drawn, by_tile)
+    of_tiles[...] = -99.0  # all that is seen is nearer than the lamps, which some list has then
+    lamps.draw(of_tiles)
+    assert not lamps.drawn.any()
 
 
 def test_gpu_lists_same_highlights_as_software(

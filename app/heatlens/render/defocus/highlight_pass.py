@@ -321,7 +321,8 @@ def _plan_uniforms(size: tuple[int, int], blocks: tuple[int, int]) -> dict[str, 
 # Each pixel of a disc traces a ray through the depth of the picture, to find whether the lamp is
 # hidden from its point of the lens; layers do not have that information. The ray ends at the
 # nearest surface that any ray to this lamp may meet, which the vertex shader finds from the tiles:
-# 105 -> 69 ms for the same bits.
+# 105 -> 69 ms for the same bits. Hidden highlights (of listed surfaces) whose surroundings are all
+# nearer are not drawn: two thirds of 6,488 behind leaves, 643 -> 300 ms.
 class HighlightDrawPass:
     """Draws the list of discs into the picture."""
 
@@ -337,7 +338,7 @@ class HighlightDrawPass:
         self,
         buffers: HighlightBuffers,
         picture: UnmixedPicture,
-        nearest: Texture,
+        coc_range: Texture,
         optics: Optics,
         color: Texture,
         sharp: SharpPart | None = None,
@@ -345,7 +346,8 @@ class HighlightDrawPass:
         """Add every disc of the list to `color`, except where `picture` or `sharp` hides it.
 
         `color` may be a whole number of times as large as `picture`.
-        `nearest`, R of a pixel for each tile, has the least signed coc there.
+        `coc_range`, RG of a pixel for each tile, has the least signed coc there, and the greatest
+        one of visible surfaces.
         On a software rasterizer discs are drawn in bands, so that many large ones do not hold up
         the window.
         """
@@ -353,14 +355,14 @@ class HighlightDrawPass:
         rows = max(1, _PIXELS_A_BAND // width) if self._is_drawn_in_bands else height
         for first in range(0, height, rows):
             band = (0, first, width, rows)
-            self._draw_band(buffers, picture, nearest, optics, color, band, sharp)
+            self._draw_band(buffers, picture, coc_range, optics, color, band, sharp)
             yield
 
     def _draw_band(
         self,
         buffers: HighlightBuffers,
         picture: UnmixedPicture,
-        nearest: Texture,
+        coc_range: Texture,
         optics: Optics,
         color: Texture,
         band: tuple[int, int, int, int],
@@ -382,7 +384,7 @@ class HighlightDrawPass:
                 "kind_tx": picture.kind,
                 "far_tx": picture.far,
                 "near_tx": picture.near,
-                "nearest_tx": nearest,
+                "coc_range_tx": coc_range,
                 "cutout_tx": picture.color if sharp is None else sharp.light,
                 "cutout_coc_tx": picture.coc if sharp is None else sharp.coc,
             }

@@ -240,9 +240,9 @@ class LayeredBlur:
         sharp: SharpPart | None,
     ) -> Steps[None]:
         """Draw the highlights over the blurred picture, among its surfaces."""
-        nearest = self._scratch.texture("tile nearest", tile_count(picture.coc.size), 1)
+        coc_range = self._scratch.texture("tile coc range", tile_count(picture.coc.size), 2)
         draw = self._passes.draw_highlights
-        steps = draw.steps(highlights, picture, nearest, optics, out, sharp)
+        steps = draw.steps(highlights, picture, coc_range, optics, out, sharp)
         yield from self._scratch.run_pass("highlights drawn", steps)
 
     def _split_silhouettes(

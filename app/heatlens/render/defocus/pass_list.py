@@ -124,7 +124,7 @@ PASSES: tuple[Pass, ...] = (
         _comp("unmix_find", "unmix_own", "unmix_far", "unmix_near", variants=_LISTS)
         | _comp("unmix_thin"),
         pass_costs.unmix_bytes,
-        _own_memory("kind", "far", "near", "tile content", "tile nearest", "out", "alpha out"),
+        _own_memory("kind", "far", "near", "tile content", "tile coc range", "out", "alpha out"),
         private_memory={"rim list": "pixel list", "thin list": "hidden blocks"},
     ),
     Pass(
@@ -248,7 +248,7 @@ PASSES: tuple[Pass, ...] = (
                 "line segments",
                 "hidden bits",
             ),
-            *("highlight sprite", "kind", "far", "near", "tile content", "tile nearest"),
+            *("highlight sprite", "kind", "far", "near", "tile content", "tile coc range"),
         ),
     ),
     Pass(

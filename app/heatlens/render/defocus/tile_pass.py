@@ -32,13 +32,14 @@ from heatlens.render.gpu.textures import BufferParts
 class TileContent:
     """What each tile of the picture contains.
 
-    content  a word for each tile, with bit l set if layer l has content there
-    nearest  R of a pixel for each tile: the least signed coc there, pixels
-    size     width and height of the picture in pixels
+    content    a word for each tile, with bit l set if layer l has content there
+    coc_range  RG of a pixel for each tile: the least signed coc there in pixels, and the greatest
+               one of visible surfaces
+    size       width and height of the picture in pixels
     """
 
     content: Buffer
-    nearest: Texture
+    coc_range: Texture
     size: tuple[int, int]
 
 
@@ -72,12 +73,13 @@ class TilePass:
         """Find the layers that have content in each tile of the picture."""
         size = picture.coc.size
         layers = scratch.buffer("tile content", TileMask.bytes_for(size))
-        content = TileContent(layers, scratch.texture("tile nearest", tile_count(size), 1), size)
+        coc_range = scratch.texture("tile coc range", tile_count(size), 2)
+        content = TileContent(layers, coc_range, size)
         lists = picture.lists
         self._layers.version(LISTS=lists is not None).dispatch(
             _groups(tile_count(size)),
             textures={"coc_tx": picture.coc, "kind_tx": picture.kind, "near_tx": picture.near},
-            images={"out_nearest_img": content.nearest},
+            images={"out_coc_range_img": content.coc_range},
             buffers={"content_block": content.content} | list_buffers(lists),
             uniforms={"tiles": tile_count(size), "cuts_px": _cuts_px([plan.cut for plan in plans])}
             | list_uniforms(lists),
@@ -135,7 +137,7 @@ class TilePass:
         reaches = [reach_tiles(plan, optics.nearest_px, wider_scale, float(TILE)) for plan in plans]
         self._rows.dispatch(
             groups,
-            textures={"nearest_tx": content.nearest},
+            textures={"coc_range_tx": content.coc_range},
             buffers=scratch_buffers | {"content_block": content.content},
             uniforms=shared_uniforms | {"hole_reach": max(reaches)},
         )
