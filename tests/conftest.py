@@ -10,6 +10,7 @@ import signal
 import sys
 import tempfile
 from collections.abc import Generator, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -45,6 +46,7 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ["HEATLENS_LOG_DIR"] = str(folder / "reports")
     os.environ["HEATLENS_CACHE_DIR"] = str(folder / "cache")
     os.environ["HEATLENS_RUNTIME_DIR"] = str(folder / "run")
+    share_compiled_shaders(folder / "cache")
     # gpu.program: an input of a shader that is never given is an error.
     os.environ["HEATLENS_STRICT_SHADERS"] = "1"
     # Hundreds of processes start the program; compiled once, its modules serve them all.
@@ -52,6 +54,17 @@ def pytest_configure(config: pytest.Config) -> None:
     for environment in (os.environ, ENVIRONMENT):
         environment.pop("PYTHONDONTWRITEBYTECODE", None)
     heard_by_children()
+
+
+def share_compiled_shaders(cache_folder: Path) -> None:
+    """Let the workers of one run share their SPIR-V; the name of a file tells its content."""
+    run = os.environ.get("PYTEST_XDIST_TESTRUNUID")
+    if run is not None:
+        shared = Path(tempfile.gettempdir()) / f"heatlens-tests-{run}"
+        shared.mkdir(exist_ok=True)
+        cache_folder.mkdir(parents=True, exist_ok=True)
+        with suppress(FileExistsError):  # of an earlier process of the same number
+            (cache_folder / "shaders").symlink_to(shared)
 
 
 def heard_by_children() -> None:

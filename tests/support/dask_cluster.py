@@ -6,10 +6,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from heatlens.fronts.commands.main import main
 from support.slurm import free_ports
 
 PATIENCE_S = 60.0
@@ -59,10 +61,12 @@ class DaskCluster:
         return self._start(name, line)
 
     def exported(self, *words: object) -> str:
-        """Run an export on this cluster, which must succeed. Return its output."""
-        process = self.export("export", *words)
-        assert process.wait(PATIENCE_S) == 0, self.said("export")
-        return self.said("export")
+        """Run an export on this cluster from this process. Return its output; it must succeed."""
+        said = StringIO()
+        with redirect_stdout(said), redirect_stderr(said):
+            code = main(["export", *map(str, words), "--cluster", self.address])
+        assert code == 0, said.getvalue()
+        return said.getvalue()
 
     def _start(
         self, name: str, line: list[str], environment: dict[str, str] | None = None
