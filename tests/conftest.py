@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 
 # The same code, the same verdict, also on a busy machine; `pytest --hypothesis-profile=default`
-# looks for new cases.
-settings.register_profile("repeated", derandomize=True, deadline=None)
+# looks for new cases, twice as many.
+settings.register_profile("repeated", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("repeated")
 
 
