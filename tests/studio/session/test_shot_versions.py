@@ -61,12 +61,12 @@ def test_saves_and_autosaves_of_a_shot_are_listed_with_time_and_counts(session, 
     session.time.marks.set_point(RIGHT)
     session.editing.settle()
     run_until_settled(session)
-    (autosaved,) = session.files.documents.versions()
+    (autosaved,) = session.files.documents.versions.of_open()
     assert (autosaved.kind, autosaved.mark_count, autosaved.key_count) == ("autosaved", 1, 0)
     assert autosaved.words.endswith(", autosaved: 1 mark, 0 keys")
     session.files.documents.save_as(tmp_path / "walls.heatlens.json")
     run_until_settled(session)
-    (saved,) = session.files.documents.versions()  # of the file, which is new
+    (saved,) = session.files.documents.versions.of_open()  # of the file, which is new
     assert saved.kind == "saved" and read_shot(saved.path).lens == session.editing.shot.lens
 
 

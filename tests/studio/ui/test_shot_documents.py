@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.core.model.shot.reel import Reel, ReelShot
 from heatlens.core.model.shot.shot import Shot
+from heatlens.media.documents.reel_file import write_reel
 from heatlens.media.documents.shot_file import autosave_path, read_shot, write_autosave, write_shot
 from heatlens.studio.board.controls import FileControl
 from heatlens.studio.settings.preferences import PreferenceValues
@@ -123,12 +125,68 @@ def test_autosave_is_offered_after_a_crash_and_recovered_or_discarded(gui, tmp_p
     assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
 
 
-def test_truncated_autosave_is_not_offered(gui, tmp_path):
+DAMAGED = '{"heatlens_shot": 1, "le'
+
+
+def wait_for_box(gui, *answers) -> None:
+    """Wait for the box about what cannot be read, and check its answers."""
+    unreadable = gui.session.files.documents.unreadable
+    gui.until(lambda: unreadable.asked, "the reason")
+    gui.drawn.clear()
+    gui.frame(3)
+    names = {name for name in gui.drawn if name.startswith("unreadable ")}
+    assert names == {f"unreadable {answer}" for answer in answers}
+
+
+def test_damaged_shot_asks_and_enter_opens_its_kept_version_unsaved(gui, tmp_path):
+    path, documents = tmp_path / "pull.heatlens.json", gui.session.files.documents
+    gui.session.preferences.path = tmp_path / "settings" / "preferences.json"
+    shot = edit_shot(gui)
+    documents.save_as(path)
+    draw_until_saved(gui)
+    path.write_text(DAMAGED)
+    gui.open(room_file(tmp_path / "room.exr"))
+    for key in (K.escape, K.enter):
+        gui.session.files.commands.open(str(path))
+        wait_for_box(gui, "Open the kept one", "Open another...", "Cancel")
+        assert str(path) in documents.unreadable.asked.reason
+        gui.key(key)
+        gui.frame(3)
+        assert documents.unreadable.asked is None
+        assert gui.session.facts.shot.marks == () or key is K.enter
+    gui.until(lambda: documents.path == path, "the version")
+    gui.frame(2)
+    assert gui.session.facts.shot == shot and documents.title == "pull.heatlens.json *"
+
+
+def test_damaged_reel_asks_and_enter_opens_the_dialog(gui, tmp_path):
+    path = tmp_path / "cut.heatreel.json"
+    path.write_text(DAMAGED)
+    gui.session.files.commands.open(str(path))
+    wait_for_box(gui, "Open another...", "Cancel")
+    gui.key(K.enter)
+    gui.frame(3)
+    assert gui.ui.dialogs.is_open and gui.session.files.documents.unreadable.asked is None
+    gui.key(K.escape)
+    gui.frame(3)
+    write_reel(path, Reel("cut", (ReelShot("s1", "", None, ("its media are missing: /no",)),)))
+    gui.session.files.commands.open(str(path))
+    wait_for_box(gui, "Look in another folder...", "Open another...", "Cancel")
+    gui.key(K.escape)
+    gui.session.files.reel.leave()
+    gui.frame(3)
+
+
+def test_damaged_autosave_is_not_offered_but_told(gui, tmp_path):
     path = tmp_path / "pull.heatlens.json"
     write_shot(path, with_keys_and_marks(gui.session.facts.shot))
-    autosave_path(path).write_text('{"heatlens_shot": 1, "le')
+    autosave_path(path).write_text(DAMAGED)
     open_shot(gui, path)
     assert gui.session.files.documents.offer is None and gui.session.files.documents.is_saved
+    wait_for_box(gui, "Go on without")
+    gui.key(K.enter)
+    gui.frame(3)
+    assert gui.session.files.documents.unreadable.asked is None
 
 
 def test_failed_save_asks_for_another_place_and_enter_opens_the_dialog(gui, tmp_path):

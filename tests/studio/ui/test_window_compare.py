@@ -199,8 +199,8 @@ def test_version_of_the_shot_is_chosen_in_a_box_and_shown_as_b(ctx, tmp_path):
         documents, view = gui.session.files.documents, gui.session.pictures.view
         gui.session.lens.commands.focus(1.5)
         documents.save_as(tmp_path / "room.heatlens.json")
-        gui.until(documents.versions, "a version")
-        (saved,) = documents.versions()
+        gui.until(documents.versions.of_open, "a version")
+        (saved,) = documents.versions.of_open()
         gui.session.editing.undo()
         for answer, side_b in (("Cancel", Against.PINHOLE), (saved.words, Against.SHOT)):
             gui.do("Compare with a version...")
@@ -210,7 +210,7 @@ def test_version_of_the_shot_is_chosen_in_a_box_and_shown_as_b(ctx, tmp_path):
             else:
                 gui.click(gui.middle(f"version {answer}"))
             gui.until(lambda side_b=side_b: view.state.against is side_b, "the answer")
-            assert documents.offered_versions is None
+            assert documents.versions.offered is None
         gui.settled()
         b = gui.session.pictures.sides.picture_of_b(view.state)
         assert b.shot.lens.focus_distance_m == 1.5 != gui.session.facts.lens.focus_distance_m

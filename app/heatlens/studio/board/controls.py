@@ -203,6 +203,7 @@ class FileControl:
             self.commands,
             self.exports,
             documents,
+            documents.unreadable,
             reel,
         )
 

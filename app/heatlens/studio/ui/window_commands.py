@@ -69,7 +69,7 @@ def _file(ui: UiState) -> Iterator[Command]:
 
 def _other_shots(ui: UiState) -> Iterator[Command]:
     """Yield the commands that compare with another shot."""
-    versions = Command("Compare with a version...", ui.files.documents.offer_versions)
+    versions = Command("Compare with a version...", ui.files.documents.versions.offer)
     yield from in_group(
         *("Compare", "b"),
         _dialog(ui, "Compare with a shot...", "compare shot"),

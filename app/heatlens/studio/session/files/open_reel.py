@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from heatlens.core.base.background import Background
-from heatlens.core.base.errors import InputError
+from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.messages import Worker
 from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.reel import CutFocus, Reel, ReelShot
@@ -86,8 +86,7 @@ class OpenReel(Commands, Worker):
         assert self.reel is not None
         open_name = self.reel.shots[self.number].name
         names = [shot.name for shot in reel.shots]
-        is_gone = open_name not in names
-        if is_gone:
+        if is_gone := open_name not in names:
             self._leave_shot()
         self.reel, self._read_ahead_number = reel, -1
         self._focus |= dict(zip(reversed(names), reversed(added_focus), strict=False))
@@ -179,13 +178,12 @@ class OpenReel(Commands, Worker):
 
     def focus_of(self, number: int) -> CutFocus:
         """Return the focus at both ends of a shot; for the open shot, as it is now."""
-        is_current = (
-            self.reel is not None and number == self.number and self._requested_shot is None
-        )
-        if is_current and self.reel is not None and self._source.plate is not None:
+        if self.reel is None:
+            return CutFocus()
+        is_current = number == self.number and self._requested_shot is None
+        if is_current and self._source.plate is not None:
             return focus_of(self._editing.shot, self.reel.shots[number])
-        name = "" if self.reel is None else self.reel.shots[number].name
-        return self._focus.get(name, CutFocus())
+        return self._focus.get(self.reel.shots[number].name, CutFocus())
 
     def still_of(self, number: int) -> Still | None:
         """Return a small picture of a shot; None until it is read, and if there is none."""
@@ -214,12 +212,11 @@ class OpenReel(Commands, Worker):
             self._documents.save()
 
     def poll(self) -> None:
-        """Open the first shot of a reel that has been read, and set its in and out points.
-
-        Raises InputError if the reel is damaged, or none of its media are there.
-        """
-        if (loaded := self._reader.poll()) is not None:
-            self._begin_reel(loaded)
+        """Open the first shot of a reel that has been read, and set its in and out points."""
+        try:
+            self._begin_reel(self._reader.poll())
+        except HeatlensError as error:
+            self._documents.unreadable.report(str(error))
         self._playback.cut = cut_times(self.reel, self.number) if self.is_open else None
         if self._requested_shot is not None:
             self._finish_opening(self._requested_shot)
@@ -266,11 +263,14 @@ class OpenReel(Commands, Worker):
         """Read no more stills."""
         self._stills.close()
 
-    def _begin_reel(self, loaded: LoadedReel) -> None:
+    def _begin_reel(self, loaded: LoadedReel | None) -> None:
         """Use a reel that has been read, and open its first shot that has media."""
+        if loaded is None:
+            return
         self._use(loaded)
         if not self._available_numbers:
-            raise InputError(f"{loaded.path}: all pictures are missing: give their --media folder.")
+            words = f"None of the pictures of {loaded.path} are here."
+            return self._documents.unreadable.report(words, lacks_media=True)
         self.number = self._available_numbers[0]
         self._open_shot(loaded.reel.shots[self.number])
 

@@ -1,10 +1,8 @@
 """Open, save and autosave the shot, and offer to recover unsaved changes after a crash."""
 
-import time
 from collections.abc import Callable
 from concurrent.futures import Future, wait
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 from heatlens.core.base.errors import HeatlensError
@@ -16,13 +14,8 @@ from heatlens.media.camera.shoot_timecode import match_by_timecode
 from heatlens.media.documents.shot_file import is_shot_file, unnamed_path
 from heatlens.media.sequence.sequence import Sequence
 from heatlens.render.source.opened import Opened
-from heatlens.studio.session.files.shot_versions import (
-    Version,
-    VersionKind,
-    keep_version,
-    versions_folder,
-    versions_in,
-)
+from heatlens.studio.session.files.shot_versions import ShotVersions, VersionKind
+from heatlens.studio.session.files.unreadable_files import UnreadableFiles
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.shot.shot_store import ShotStore, StoredShot, proposed_name
 from heatlens.studio.session.time.timeline import Timeline
@@ -64,7 +57,9 @@ class ShotDocuments(Commands, Worker):
         self._saved: Shot | None = None
         self._autosaved_shot: Shot | None = None  # the shot that is autosaved, or needs no autosave
         self._read_future: Future[StoredShot] | None = None
-        self.offered_versions: tuple[Version, ...] | None = None  # until the user has answered
+        self._read_path: Path | None = None  # what is read; None for a shot without a file
+        self.versions = ShotVersions(shared, lambda: self._version_name, self.write)
+        self.unreadable = UnreadableFiles(shared, self._open_version)
         self.failed_save = ""  # why the shot could not be saved, until the user has answered
         # Writes, each with the shot file that it saves, or None.
         self._writes: list[tuple[Future[None], Path | None]] = []
@@ -77,14 +72,15 @@ class ShotDocuments(Commands, Worker):
 
     def open(self, path: Path) -> None:
         """Begin to read a shot file; the open source stays until the new plate has a picture."""
-        self._read_future = self.store.read(path.expanduser().absolute())
+        self._read_path = path.expanduser().absolute()
+        self._read_future = self.store.read(self._read_path)
 
     def try_open(self, text: str, clip: ReelShot | None = None) -> bool:
         """Open `text` if it is a shot file and return True; stop waiting for an earlier shot.
 
         `clip` is the clip of a reel that uses the shot; None outside a reel.
         """
-        self._pending_document = self._read_future = self.offer = None
+        self._pending_document = self._read_future = self.offer = self.unreadable.asked = None
         self._clip = clip
         if is_shot_file(text):
             self.open(Path(text))
@@ -108,7 +104,7 @@ class ShotDocuments(Commands, Worker):
             self._track_write(self.store.drop_autosave(unnamed_path))
         self.path, self._saved, self._autosaved_shot = path, shot, shot
         self._writes.append((self.store.save(path, shot), path))
-        self._keep_version(shot, VersionKind.SAVED)
+        self.versions.keep(shot, VersionKind.SAVED)
         self._preferences.remember_opened(str(path))
 
     def proposed_name(self) -> str:
@@ -196,7 +192,7 @@ class ShotDocuments(Commands, Worker):
         self._unnamed_shot = self._autosaved_shot
         path = self._unnamed_path()
         if path is not None:
-            self._read_future = self.store.read(path, is_required=False)
+            self._read_path, self._read_future = None, self.store.read(path, is_required=False)
 
     def resume_unnamed(self, shot: Shot) -> None:
         """Continue a shot without a file as it was left, and offer nothing else."""
@@ -215,31 +211,13 @@ class ShotDocuments(Commands, Worker):
                 self.store.drop_autosave(target) if is_saved else self.store.autosave(target, shot)
             )
             if not is_saved:
-                self._keep_version(shot, VersionKind.AUTOSAVED)
+                self.versions.keep(shot, VersionKind.AUTOSAVED)
 
     @property
-    def _versions_folder(self) -> Path | None:
-        """The folder of the earlier versions of the open shot; None without preferences."""
+    def _version_name(self) -> str | None:
+        """The name under which versions of the open shot are kept; None if nothing is open."""
         document = self.path or self._editing.shot.source
-        if self._preferences.path is None or document is None:
-            return None
-        return versions_folder(self._preferences.path, str(document))
-
-    def offer_versions(self) -> None:
-        """Ask which version to compare with; the list stays as it is now until the answer."""
-        self.offered_versions = self.versions()
-
-    def versions(self) -> tuple[Version, ...]:
-        """Return the last saves and autosaves of the open shot, the newest first."""
-        folder = self._versions_folder
-        return () if folder is None else versions_in(folder)
-
-    def _keep_version(self, shot: Shot, kind: VersionKind) -> None:
-        """Begin to keep a version of the open shot."""
-        folder = self._versions_folder
-        if folder is not None:
-            keep = partial(keep_version, folder, shot, kind, time.time())
-            self.write(keep)
+        return None if document is None else str(document)
 
     def write_preferences(self) -> None:
         """Begin to write changed preferences on the thread that writes the shots.
@@ -295,12 +273,28 @@ class ShotDocuments(Commands, Worker):
         try:
             document = read_future.result()
         except HeatlensError as error:
-            self._notify(Problem(error))
+            self._report_unreadable(str(error))
             return
+        if document.problem:
+            self._report_unreadable(document.problem, is_open=True)
         if document.unsaved is not None and document.unsaved != document.saved:
             self.offer = document
         elif document.saved is not None:
             self._open_document(Document(document.path, document.saved, document.saved))
+
+    def _report_unreadable(self, reason: str, is_open: bool = False) -> None:
+        """Tell why a shot or its unsaved changes cannot be read, and offer its newest version."""
+        path = self._read_path
+        name = self._version_name if path is None else str(path)
+        version = next(iter(self.versions.of(name)), None)
+        self.unreadable.report(reason, path, version, is_open or path is None)
+
+    def _open_version(self, path: Path | None, shot: Shot) -> None:
+        """Open a version as the unsaved shot of its file, or of the open picture."""
+        if path is None:
+            self._editing.do(shot)
+        else:
+            self._open_document(Document(path, shot))
 
     def _open_document(self, document: Document) -> None:
         """Open the plate of a shot that has been read, and notify the user."""

@@ -2,15 +2,19 @@
 
 import hashlib
 import re
+import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 
 from heatlens.core.model.keys.key_rows import key_count
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.shot_file import SHOT_SUFFIX, write_shot
+from heatlens.studio.session.shared import Commands, Shared
 
 VERSIONS_MOST = 10  # of one shot
 BYTES_MOST = 5_000_000  # of all shots together
@@ -100,3 +104,40 @@ def _version_of(path: Path) -> Version | None:
     if match is None:
         return None
     return Version(path, int(match[1]), VersionKind(match[2]), int(match[3]), int(match[4]))
+
+
+class ShotVersions(Commands):
+    """The versions of the shots that are opened, in the folder of the preferences."""
+
+    def __init__(
+        self,
+        shared: Shared,
+        document: Callable[[], str | None],
+        write: Callable[[Callable[[], None]], None],
+    ) -> None:
+        """Create it; `document` names the open shot, and `write` calls a job on a thread."""
+        super().__init__(shared)
+        self._document, self._write = document, write
+        self.offered: tuple[Version, ...] | None = None  # until the user has answered
+
+    def of(self, document: str | None) -> tuple[Version, ...]:
+        """Return the last saves and autosaves of a shot, the newest first."""
+        preferences = self._preferences.path
+        if preferences is None or document is None:
+            return ()
+        return versions_in(versions_folder(preferences, document))
+
+    def of_open(self) -> tuple[Version, ...]:
+        """Return the last saves and autosaves of the open shot, the newest first."""
+        return self.of(self._document())
+
+    def offer(self) -> None:
+        """Ask which version to compare with; the list stays as it is now until the answer."""
+        self.offered = self.of_open()
+
+    def keep(self, shot: Shot, kind: VersionKind) -> None:
+        """Begin to keep a version of the open shot."""
+        document, preferences = self._document(), self._preferences.path
+        if preferences is not None and document is not None:
+            folder = versions_folder(preferences, document)
+            self._write(partial(keep_version, folder, shot, kind, time.time()))

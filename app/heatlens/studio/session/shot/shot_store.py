@@ -35,6 +35,7 @@ class StoredShot:
     saved: Shot | None  # None if there is no file, only unsaved changes
     unsaved: Shot | None
     left_at: float = 0.0  # when the unsaved changes were written, in seconds since 1970
+    problem: str = ""  # why the unsaved changes cannot be read, which are left out
 
     @property
     def words(self) -> str:
@@ -118,14 +119,15 @@ def _read_both(path: Path, is_required: bool) -> StoredShot:
     has_autosave = autosave.is_file()
     reads_file = path.exists() or (is_required and not has_autosave)
     saved = read_shot(path) if reads_file else None
+    problem = ""
     try:
         unsaved = read_shot(autosave) if has_autosave else None
-    except InputError:
+    except InputError as error:  # the crash interrupted the autosave
         if saved is None:
             raise
-        unsaved = None  # the crash interrupted the autosave
+        unsaved, problem = None, f"{path.name} is as it was saved; its unsaved changes: {error}"
     left_at = autosave.stat().st_mtime if unsaved is not None else 0.0
-    return StoredShot(path, saved, unsaved, left_at)
+    return StoredShot(path, saved, unsaved, left_at, problem)
 
 
 def _write_beside(path: Path, shot: Shot) -> None:

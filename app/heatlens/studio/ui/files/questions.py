@@ -1,5 +1,6 @@
-"""Draw the questions about files: an export, unsaved work, a missing depth, an unknown network."""
+"""Draw the questions about files: what lacks something, what is unsaved, what cannot be read."""
 
+from heatlens.core.base.messages import window_words
 from heatlens.core.model.depth_words import DepthSide
 from heatlens.deliver.farm.export_process import ExportRun
 from heatlens.studio.board.controls import FileControl
@@ -15,6 +16,7 @@ def draw_questions(ui: UiState, run: ExportRun) -> None:
     """Draw the questions that wait for an answer."""
     _ask_for_scale(ui.scale)
     _ask_for_unsaved_shot(ui.files)
+    _ask_about_unreadable_file(ui)
     _ask_for_depth(ui)
     _ask_for_network(ui.files)
     _ask_where_to_save(ui)
@@ -90,6 +92,31 @@ def _ask_for_network(files: FileControl) -> None:
         question.end()
 
 
+_OPEN_VERSION, _OPEN_ANOTHER = "Open the kept one", "Open another..."
+_OTHER_FOLDER = "Look in another folder..."
+_UNREADABLE_DIALOGS = {_OTHER_FOLDER: "media", _OPEN_ANOTHER: "open"}
+
+
+def _ask_about_unreadable_file(ui: UiState) -> None:
+    """Tell why a shot, a reel or unsaved changes cannot be read, and offer what there is."""
+    unreadable = ui.files.documents.unreadable
+    asked = unreadable.asked
+    if asked is None:
+        return
+    words, answers = window_words(asked.reason), [] if asked.is_open else [_OPEN_ANOTHER]
+    if asked.version is not None:
+        words += f" Its newest version is kept: {asked.version.words}."
+        answers = [_OPEN_VERSION, *answers]
+    if asked.lacks_media:
+        answers = [_OTHER_FOLDER, *answers]
+    answers += ["Go on without" if asked.is_open else "Cancel"]
+    answer = ask("unreadable", "Cannot be read", words, answers)
+    if answer:
+        unreadable.answer(opens_version=answer == _OPEN_VERSION)
+    if answer in _UNREADABLE_DIALOGS:
+        ui.dialogs.ask(_UNREADABLE_DIALOGS[answer])
+
+
 def _ask_where_to_save(ui: UiState) -> None:
     """Tell why the shot could not be saved, and offer to save it elsewhere."""
     documents = ui.files.documents
@@ -121,14 +148,14 @@ def _ask_for_existing_files(files: FileControl) -> None:
 
 def _ask_for_version(ui: UiState) -> None:
     """Ask which earlier version of the shot to show as B."""
-    documents = ui.files.documents
-    if documents.offered_versions is None:
+    offered = ui.files.documents.versions.offered
+    if offered is None:
         return
-    versions = {version.words: version for version in documents.offered_versions}
+    versions = {version.words: version for version in offered}
     words = "Which save or autosave should be B?" if versions else "No version has been saved yet."
     answer = ask("version", "Compare with a version", words, [*versions, "Cancel"], "Cancel")
     if answer:
-        documents.offered_versions = None
+        ui.files.documents.versions.offered = None
     if answer in versions:
         ui.files.commands.compare_with_version(versions[answer])
 
