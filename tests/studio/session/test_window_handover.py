@@ -4,6 +4,8 @@ import json
 import os
 import socket
 import stat
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -180,6 +182,25 @@ def test_hand_over_fails_without_a_window(handover):
     handover_path().write_text('{"port": 1, "secret": "x"}')  # left behind by one that was killed
     handover_path().chmod(0o600)
     assert not hand_over(["/a.exr"])
+
+
+def test_hand_over_waits_for_a_busy_window_but_for_no_dead_one(handover, monkeypatch):
+    """A window that builds programs answers late; a killed one leaves a port that others take."""
+    monkeypatch.setattr(window_handover, "_QUIET_S", 0.05)
+    told, serve = threading.Event(), WindowHandover._serve_client
+
+    def serve_late(self, client):
+        assert told.wait(60.0)
+        serve(self, client)
+
+    monkeypatch.setattr(WindowHandover, "_serve_client", serve_late)
+    assert hand_over(["/a.exr"], told.set) and handover.pop_names() == ["/a.exr"]
+    told.clear()
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    record = json.loads(handover_path().read_text()) | {"process": dead.pid}
+    handover_path().write_text(json.dumps(record))
+    assert not hand_over(["/a.exr"], told.set) and not told.is_set()
 
 
 def test_hand_over_reaches_the_later_of_two_windows(handover, wake_event):

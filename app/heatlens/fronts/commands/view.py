@@ -162,7 +162,7 @@ def _open_in_running_window(args: argparse.Namespace) -> bool:
         return False
     _check_exists(args.plate)
     name = args.plate if is_demo(args.plate) else os.path.abspath(os.path.expanduser(args.plate))
-    if not hand_over([name]):
+    if not hand_over([name], lambda: print_messages("Waiting for the running window ...")):
         return False
     print_messages(f"{args.plate} was opened in the running window; --new-window opens another.")
     return True

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.named_paths import path_note
+from heatlens.core.base.processes import is_running
 from heatlens.core.base.stopping import mark_unfinished, record_new_folder
 
 _UNFINISHED_NAME = re.compile(r"\.heatlens-[0-9a-f]{16}\.([0-9a-f]{8})\.([0-9]+)\.part")
@@ -133,25 +134,7 @@ def _is_abandoned(path: Path, machine: str, process: int) -> bool:
     """Return True if the process that wrote an unfinished file has ended, or probably has."""
     if machine != _MACHINE:
         return time.time() - path.stat().st_mtime > _ABANDONED_AFTER_S
-    if sys.platform == "win32":  # signal 0 would end the process there
-        from heatlens.core.base.windows_calls import is_running
-
-        return not is_running(process)
-    try:
-        os.kill(process, 0)
-    except (ProcessLookupError, OverflowError):
-        return True
-    except PermissionError:  # alive, and owned by another user
-        return False
-    return _has_ended(process)
-
-
-def _has_ended(process: int) -> bool:
-    """Return whether the process is a zombie: it has ended, but its parent has not waited."""
-    with suppress(OSError, IndexError):
-        status = Path(f"/proc/{process}/stat").read_text(encoding="utf-8")
-        return status.rpartition(")")[2].split()[0] in ("Z", "X")
-    return False
+    return not is_running(process)
 
 
 def _flush_to_disk(path: Path) -> None:

@@ -1,8 +1,9 @@
 """Let a running window open files that are named on a later command line.
 
-The window listens on a port of this machine. It writes the port and a secret into a file that only
-the user can read, in the runtime folder of the system; whoever can read that file could open files
-as the same user anyway. Both ends prove that they know the secret before anything else is read.
+The window listens on a port of this machine. It writes the port, a secret and its process into a
+file that only the user can read, in the runtime folder of the system; whoever can read that file
+could open files as the same user anyway. Both ends prove that they know the secret before anything
+else is read.
 Windows on different displays, or with other preferences, are independent.
 """
 
@@ -18,6 +19,7 @@ from multiprocessing import ProcessError
 from multiprocessing.connection import Connection, answer_challenge, deliver_challenge
 from pathlib import Path
 from threading import BoundedSemaphore, Thread, Timer
+from typing import NamedTuple
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.paths import (
@@ -26,10 +28,14 @@ from heatlens.core.base.paths import (
     read_file_and_status,
     runtime_dir,
 )
+from heatlens.core.base.processes import is_running
 from heatlens.media.files.atomic_file import FOR_THE_USER, write_atomically
 
 _HOST = "127.0.0.1"
-_PATIENCE_S = 2.0  # time limit of a whole request; a thread answers even while the window draws
+# Time limit of a whole request. A thread answers while the window draws, but not while a graphics
+# driver that holds Python's lock builds a program, which takes seconds on a busy machine.
+_PATIENCE_S = 30.0
+_QUIET_S = 1.5  # of waiting for the window, before the user is told
 _CLIENTS_MOST = 64  # requests at the same time
 _REQUEST_MOST = 1 << 20  # bytes, enough for a thousand long names
 _NAMES_MOST = 1000
@@ -46,25 +52,39 @@ def handover_path() -> Path:
     return runtime_dir() / f"window-{hashlib.sha256(identity.encode()).hexdigest()[:16]}.json"
 
 
-def hand_over(names: Sequence[str]) -> bool:
-    """Have the running window open the absolute paths `names`; return False if none answers."""
-    with suppress(*_REFUSALS):
-        port, secret = _read_handover(handover_path())
-        with _limit_time(socket.create_connection((_HOST, port), _PATIENCE_S)) as connection:
-            answer_challenge(connection, secret)
-            deliver_challenge(connection, secret)
+def hand_over(names: Sequence[str], tell_waiting: Callable[[], None] = lambda: None) -> bool:
+    """Have the running window open the absolute paths `names`; return False if none answers.
+
+    A window that is alive but busy is waited for, and `tell_waiting` is called then, on a thread.
+    """
+    with suppress(*_REFUSALS), _calling_later(tell_waiting, _QUIET_S):
+        door = _read_handover(handover_path())
+        with _limit_time(socket.create_connection((_HOST, door.port), _PATIENCE_S)) as connection:
+            answer_challenge(connection, door.secret)
+            deliver_challenge(connection, door.secret)
             connection.send_bytes(b"\0".join(map(os.fsencode, names)))
             return connection.recv_bytes(len(_ANSWER)) == _ANSWER
     return False
 
 
-def _read_handover(path: Path) -> tuple[int, bytes]:
-    """Return port and secret. Raises OSError or ValueError if this user wrote no such file."""
+class _Door(NamedTuple):
+    """Where a window listens: its port, the secret that it asks for, and its process."""
+
+    port: int
+    secret: bytes
+    process: int
+
+
+def _read_handover(path: Path) -> _Door:
+    """Return where the window listens. Raises OSError or ValueError if this user has none."""
     text, status = read_file_and_status(path)
     record = json.loads(text) if is_of_user_alone(status) else None
     if not isinstance(record, dict) or not isinstance(record.get("port"), int):
         raise ValueError("a window would have written something else")
-    return record["port"], str(record.get("secret")).encode()
+    process = record.get("process", os.getpid())  # earlier versions do not tell it
+    if not isinstance(process, int) or not is_running(process):
+        raise ValueError("the window has ended without removing its file")
+    return _Door(record["port"], str(record.get("secret")).encode(), process)
 
 
 # The whole request has one deadline. With a limit for each read, a client could keep the connection
@@ -75,14 +95,24 @@ def _read_handover(path: Path) -> tuple[int, bytes]:
 def _limit_time(client_socket: socket.socket) -> Iterator[Connection]:
     """Yield a connection that closes unless the other end finishes in a limited time."""
     client_socket.settimeout(None)  # the limit of a single step would not limit the whole
-    timer = Timer(_PATIENCE_S, _shut_down, (client_socket,))
+    with (
+        _calling_later(lambda: _shut_down(client_socket), _PATIENCE_S),
+        client_socket,
+        closing(Connection(client_socket.dup().detach())) as connection,
+    ):
+        yield connection
+
+
+@contextmanager
+def _calling_later(function: Callable[[], None], after_s: float) -> Iterator[None]:
+    """Call a function on a thread unless the block ends earlier."""
+    timer = Timer(after_s, function)
     timer.daemon = True
     timer.start()
-    with client_socket, closing(Connection(client_socket.dup().detach())) as connection:
-        try:
-            yield connection
-        finally:
-            timer.cancel()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def _shut_down(open_socket: socket.socket) -> None:
@@ -105,9 +135,7 @@ class WindowHandover:
         self._secret = secrets.token_hex(32)
         self._clients = BoundedSemaphore(_CLIENTS_MOST)
         self._socket: socket.socket | None = None
-        self._earlier_handover: tuple[int, bytes] | None = (
-            None  # of the window that listened before
-        )
+        self._earlier_door: _Door | None = None  # of the window that listened before
         with suppress(OSError, InputError):
             self._start_listening()
 
@@ -116,13 +144,14 @@ class WindowHandover:
         self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._socket = listening_socket = socket.create_server((_HOST, 0), backlog=_CLIENTS_MOST)
         with suppress(OSError, ValueError):
-            self._earlier_handover = _read_handover(self._path)
-        self._write_handover(listening_socket.getsockname()[1], self._secret)
+            self._earlier_door = _read_handover(self._path)
+        port = listening_socket.getsockname()[1]
+        self._write_handover(_Door(port, self._secret.encode(), os.getpid()))
         Thread(target=self._accept_clients, args=(listening_socket,), daemon=True).start()
 
-    def _write_handover(self, port: int, secret: str) -> None:
-        """Write a port and a secret to the file."""
-        record = {"port": port, "secret": secret}
+    def _write_handover(self, door: _Door) -> None:
+        """Write to the file where a window listens."""
+        record = door._asdict() | {"secret": door.secret.decode()}
         # Others may be able to write in the folder, so links there are not followed.
         write_atomically(self._path, json.dumps(record).encode(), FOR_THE_USER, follows_links=False)
 
@@ -136,11 +165,10 @@ class WindowHandover:
         A file that belongs to a later window stays.
         """
         with suppress(OSError, ValueError, InputError):
-            if _read_handover(self._path)[1] == self._secret.encode():
+            if _read_handover(self._path).secret == self._secret.encode():
                 self._path.unlink()
-                if self._earlier_handover is not None:
-                    port, secret = self._earlier_handover
-                    self._write_handover(port, secret.decode())
+                if self._earlier_door is not None:
+                    self._write_handover(self._earlier_door)
         if self._socket is not None:
             _shut_down(self._socket)
             self._socket.close()
