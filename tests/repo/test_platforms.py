@@ -29,7 +29,8 @@ OF_SYSTEMS = {
     "fronts/api/engine.py",  # a fork
     "fronts/commands/doctor.py",  # the load
     "fronts/commands/worker_process.py",  # the second process
-    "media/files/atomic_file.py",  # the process that left a file
+    "core/base/processes.py",  # whether a process has ended
+    "media/files/atomic_file.py",  # links are not followed
     "media/files/file_lock.py",
     "media/files/limits.py",  # limits of a process
     "media/files/quiet.py",  # C's own buffer

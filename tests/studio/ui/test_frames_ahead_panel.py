@@ -134,7 +134,8 @@ def test_rendered_frames_popup_sets_memory_and_disk_limits(ctx, tmp_path):
     pattern, folder = sequence_files(tmp_path), tmp_path / "kept"
     with gui_of(ctx, pattern, preferences, defocus=QUICK, frames_folder=folder) as gui:
         fill(gui)
-        gui.click(gui.middle("rendered frames"))
+        gui.do("Rendered frames...")
+        gui.frame(2)
         for name, text in (("memory for frames", "3 GB"), ("disk for frames", "0")):
             gui.later()
             gui.click(gui.middle(name))

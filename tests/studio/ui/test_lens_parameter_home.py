@@ -6,6 +6,7 @@ The test reads the syntax trees of the program, so a new member cannot be left o
 import argparse
 import ast
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -86,8 +87,14 @@ def test_lens_dots_draw_a_key_dot_for_each_parameter(monkeypatch):
     dots = []
     monkeypatch.setattr(dope_sheet, "key_dot", lambda _control, row, *_place: dots.append(row))
     monkeypatch.setattr(dope_sheet.imgui, "get_font_size", lambda: 10.0)
-    dope_sheet.lens_dots(None, {it.control: (0.0, 0.0, 1.0, 1.0) for it in LensParameter})
+    keyed = Shot(Lens(50.0, 2.0, 2.0, 36.0)).with_key(1, LensParameter.F_STOP, 2.8)
+    control = SimpleNamespace(editing=SimpleNamespace(shot=keyed))
+    rects = {it.control: (0.0, 0.0, 1.0, 1.0) for it in LensParameter}
+    dope_sheet.lens_dots(control, rects, is_pointed_at=True)
     assert dots == list(LensParameter)
+    dots.clear()
+    dope_sheet.lens_dots(control, rects, is_pointed_at=False)
+    assert dots == [LensParameter.F_STOP]
 
 
 def test_lens_parameter_shows_values_with_their_unit():

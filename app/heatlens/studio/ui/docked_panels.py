@@ -157,7 +157,9 @@ class DockedPanels:
             rendering_panel(facts.shot.defocus, facts.has_many_views, self._draw_speed)
         )
         if facts.histogram is not None and self._time.timeline.has_time:
-            lens_dots(self._time, drawn_rows | folded_rows)
+            flags = imgui.HoveredFlags_.allow_when_blocked_by_active_item
+            is_pointed_at = imgui.is_window_hovered(flags)
+            lens_dots(self._time, drawn_rows | folded_rows, is_pointed_at)
 
     def _current_doubts(self) -> tuple[Doubt, ...]:
         """Return implausible values of lens and plate; none for a scene, whose unit is known."""

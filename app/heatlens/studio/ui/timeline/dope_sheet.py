@@ -15,10 +15,11 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.board.key_drag import KeyDrag, KeyPositions, KeyStretch, Move
-from heatlens.studio.ui import rects, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.rects import Rect
 from heatlens.studio.ui.timeline.view import TimelineView, TimeScale
 
+_NO_KEY = "K sets the first key of the focus here."
 _ROW_EM, _MIN_ROW_EM = 1.45, 1.1  # height of a row, and the least height
 _KEY_EM, _REACH_EM = 0.42, 0.55
 _LEFT_EM, _RIGHT_EM = 1.1, 0.3  # room for the dot left of the name, and for a gap to the keys
@@ -65,6 +66,12 @@ def dope_sheet(
 ) -> None:
     """Draw the rows at `corner`, their names left of `scale`, and apply drags of keys."""
     rows = shown_rows(control.editing.shot, control.keys.rows.has_camera)
+    if len(rows) == 1 and not control.timeline.key_frames:  # there is nothing to choose or to move
+        words = texts.named_keys(_NO_KEY)
+        x = scale.x + max(scale.width - texts.text_width(words), 0.0) / 2  # off the first frame
+        imgui.set_cursor_screen_pos(ImVec2(x, corner.y))
+        imgui.text_disabled(words)
+        return
     # Below the rows, so that no key lies under a grip.
     grips_height = GRIPS_EM * imgui.get_font_size()
     row_height = _row_height(height - grips_height, len(rows))
@@ -179,11 +186,15 @@ def _draw_key(shot: Shot, key: KeyId, center: ImVec2, reach: float, color: int) 
         draw.add_quad(*diamond_corners(center, reach), theme.colors.shadow, 1.0)
 
 
-def lens_dots(control: TimeControl, control_rects: Mapping[str, Rect]) -> None:
-    """Draw the key dots beside the controls of the Lens panel, given their rectangles by name."""
+def lens_dots(control: TimeControl, control_rects: Mapping[str, Rect], is_pointed_at: bool) -> None:
+    """Draw the key dots beside the controls of the Lens panel, given their rectangles by name.
+
+    A parameter without keys has its dot only while the pointer is over the panel.
+    """
     for parameter in LensParameter:
         rect = control_rects.get(parameter.control)
-        if rect is not None:
+        is_shown = is_pointed_at or key_frames(control.editing.shot, parameter)
+        if rect is not None and is_shown:
             x = rect[0] - 0.65 * imgui.get_font_size()
             key_dot(control, parameter, ImVec2(x, (rect[1] + rect[3]) / 2), f"lens dot {parameter}")
 

@@ -41,7 +41,7 @@ _EDGE_EM = 0.6
 
 def timeline_panel(control: TimeControl, view: TimelineView, unit: str) -> None:
     """Draw the timeline in the current window, and apply what the mouse does in it."""
-    transport(control, view)
+    transport(control)
     if control.recording.state is RecordingState.OFF:
         key_controls_row(control, view)
     else:

@@ -6,14 +6,14 @@ from heatlens.core.base.errors import InputError
 from heatlens.render.rendered_frames.frame_store import MEGABYTE
 from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.settings.preferences import MEGABYTES_MOST
-from heatlens.studio.ui import texts, theme, widgets
+from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.timeline.view import TimelineView
 
 _POPUP = "Rendered frames"
 _TIP = (
     "Frames under the blue bar are rendered and play at full rate. The others are rendered while\n"
     "the window is idle, from the playhead on; until then they are shown as a quick preview.\n"
-    "Click to see how much is kept."
+    "Play > Rendered frames shows how much is kept."
 )
 
 
@@ -29,8 +29,8 @@ def rendered_words(control: TimeControl) -> str:
     return f"{prefix}{done_count} of {wanted_count} frames rendered"
 
 
-def rendered_label(control: TimeControl, view: TimelineView) -> None:
-    """Draw the progress as a button in the current row."""
+def rendered_label(control: TimeControl) -> None:
+    """Draw the progress as text in the current row."""
     words = rendered_words(control)
     if not words:
         return
@@ -47,11 +47,10 @@ def rendered_label(control: TimeControl, view: TimelineView) -> None:
     if not fitting_words:  # no second row, which would push the keys out; the blue bar shows it too
         imgui.new_line()
         return
-    with texts.colored(theme.colors.message if is_preview else theme.colors.dim):
-        is_pressed = widgets.button(f"{fitting_words}###rendered frames", "rendered frames")
+    imgui.align_text_to_frame_padding()
+    texts.colored_text(fitting_words, theme.colors.message if is_preview else theme.colors.dim)
+    rects.note("progress of rendering ahead")
     texts.tooltip(_TIP)
-    if is_pressed:
-        view.open_frames_popup()
 
 
 def rendered_popup(control: TimeControl, view: TimelineView) -> None:

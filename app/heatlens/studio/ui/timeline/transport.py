@@ -14,12 +14,12 @@ from heatlens.studio.board.controls import TimeControl
 from heatlens.studio.ui import rects, texts, theme, widgets
 from heatlens.studio.ui.timeline.rendered_panel import rendered_label
 from heatlens.studio.ui.timeline.tool_row import Tool, text_tool, tool_row
-from heatlens.studio.ui.timeline.view import TimelineView
 
 Key = TypeVar("Key")
 
 _FIELD_EM, _COMBO_EM, _WIDE_EM, _MISSING_EM = 4.6, 5.6, 7.6, 10.4
 _TIMECODE_EM, _RATE_EM = 6.4, 6.2
+_RARE = ("first", "backwards", "last")  # the ruler and keys do the same
 _ICON_ASPECT = 1.15  # width of a button divided by its height
 _PACE_NAMES = {True: "every frame", False: "real time"}
 _MISSING_NAMES: dict[MissingPolicy, str] = {
@@ -35,7 +35,7 @@ _TIMECODE_TIP = (
     "Timecode of this frame. Type one to set where the shot starts;\n"
     "clear it to use the timecode in the headers of the plates."
 )
-_MORE_TIP = "Play backwards, timecode, frames per second, ending and pace"
+_MORE_TIP = "First and last frame, backwards, timecode, frames per second, ending and pace"
 # Shapes of the buttons: triangles as (left x, right x), bars as x, over a square from -1 to 1.
 _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = {
     "first": (((0.9, -0.5),), (-0.8,)),
@@ -51,7 +51,7 @@ _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = 
 }
 
 
-def transport(control: TimeControl, view: TimelineView) -> None:
+def transport(control: TimeControl) -> None:
     """Draw the controls in one row; rare ones and those that do not fit are in a popup."""
     em, rate = imgui.get_font_size(), control.editing.shot.frames_per_second
     frames = f"of {control.timeline.played}, {rate:.5g} fps"
@@ -69,7 +69,7 @@ def transport(control: TimeControl, view: TimelineView) -> None:
         ],
         _MORE_TIP,
     )
-    rendered_label(control, view)
+    rendered_label(control)
 
 
 def _transport_buttons(control: TimeControl) -> list[Tool]:
@@ -98,7 +98,7 @@ def _transport_buttons(control: TimeControl) -> list[Tool]:
                 on_press()
 
     return [
-        Tool(partial(drawn, name, shape, tip, do), width, rank, 2.0, is_rare=name == "backwards")
+        Tool(partial(drawn, name, shape, tip, do), width, rank, 2.0, is_rare=name in _RARE)
         for rank, name, shape, tip, do in buttons
     ]
 
