@@ -73,17 +73,29 @@ Content whole_of(vec3 x, float coc, float visible) {
     return Content(x, abs(coc), coverage(own / visible), solidity(own));
 }
 
+// What is left to this layer of a surface that covers the share `cover` of its pixel, if nearer layers cover the share
+// `taken` of that: together they cover what the surface covers. An opaque surface is in both layers.
+float left_cover(float cover, float taken) {
+    float open = max(1.0 - taken, 1e-4);
+    return cover * open / (1.0 - cover * (1.0 - open));
+}
+
+// How far nearer layers have taken a surface of this visibility, 0..1.
+float taken_of(float visible) { return coverage(1.0 - visible); }
+
 // The content of this layer in a far edge pixel (far: rgb of the far surface, a coverage of the near one; near: rgb of
-// the near surface, a its coc). If both surfaces are in this layer, it is the plain pixel, else the colors differ.
+// the near surface, a its coc). The near surface lies over the far one; if both are in this layer in full, it is the
+// plain pixel.
 Content far_edge_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
-    float own = membership(coc), own_near = membership(near.a);  // of the far and the near surface
-    // only_near: 1 if the near surface alone is in this layer. With both in it, x shows them in their right shares.
-    float solid = solidity(own), solid_near = solidity(own_near), only_near = solid_near * (1.0 - solid);
-    vec3 color = mix(mix(far.rgb, x, solid_near), near.rgb, only_near);
-    float cover = coverage(own / visible);
-    cover = mix(cover, max(cover, far.a * coverage(own_near)), 1.0 - solid);
-    float diameter = mix(abs(coc), abs(near.a), only_near);
-    return Content(color, diameter, cover, max(solid, solidity(far.a * own_near)));
+    float own = membership(coc), own_near = membership(near.a), visible_near = visibility(near.a);
+    float taken = taken_of(visible_near);
+    float cover_far = coverage(own / visible), cover_near = coverage(own_near / max(visible_near, THIN));
+    float both = cover_far * cover_near * (1.0 - taken);
+    float share_near = left_cover(far.a, taken) * cover_near, share_far = cover_far * (1.0 - share_near);
+    float cover = share_near + share_far;
+    vec3 color = (share_near * near.rgb + share_far * far.rgb) / max(cover, 1e-6);
+    float diameter = mix(abs(coc), abs(near.a), solidity(own_near) * (1.0 - cover_far));
+    return Content(mix(color, x, both), diameter, cover, max(solidity(own), solidity(far.a * own_near)));
 }
 
 // The content of this layer in a near edge pixel, without the light that shines through from another layer (clean: rgb
@@ -92,7 +104,7 @@ Content near_edge_of(vec3 x, float coc, vec4 clean, float coc_through, float vis
     Content content = whole_of(x, coc, visible);
     float same_layer = solidity(membership(coc_through));  // 1 if the other surface is in this layer too
     content.color = mix(clean.rgb, x, same_layer);
-    content.cover *= mix(clean.a, 1.0, same_layer);
+    content.cover *= mix(left_cover(clean.a, taken_of(visible)), 1.0, same_layer);
     return content;
 }
 
@@ -151,12 +163,9 @@ void add_known(inout Sum sum, Content content, float cover, float known, float s
 
 #define OPAQUE 0.9995  // a surface of this coverage or more hides everything behind it
 
-// The remaining coverage of a fragment that is partly in the nearer layer: both layers together cover what the
-// fragment covers. An opaque fragment is in both layers, and continues underneath itself.
+// The remaining coverage of a fragment that is partly in the nearer layer. An opaque one continues underneath itself.
 float remaining_cover(float cover, float in_view) {
-    if (cover >= OPAQUE) return knowledge(in_view);
-    float taken_cover = coverage(1.0 - in_view);
-    return cover * (1.0 - taken_cover) / (1.0 - cover * taken_cover);
+    return cover >= OPAQUE ? knowledge(in_view) : left_cover(cover, taken_of(in_view));
 }
 
 // Adds the fragments of a list that are in this layer. `front_coc` is the coc of the visible surface, `seen` the share
