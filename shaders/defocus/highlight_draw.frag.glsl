@@ -51,8 +51,11 @@ out vec4 out_light;
 #define STEPS 16
 #define STEP_PX 0.5
 // A highlight is tested by a ray for each square of PX_A_RAY that the nearest surface moves by, and by RAYS_MOST at most.
+// In a disc of few pixels, where all points of the lens reach each pixel, fewer are enough.
 #define PX_A_RAY 8.0
 #define RAYS_MOST 36.0
+#define RAYS_OF_POINT 8.0
+#define RAYS_A_PX 8.0  // rays added for each pixel of the coc
 // Multiples of these fill a square evenly, without rows that a grating could match: they place the rays, and begin
 // elsewhere for a highlight a pixel to the right or below.
 #define SPREAD_RAYS vec2(0.75487767, 0.56984029)
@@ -243,10 +246,12 @@ float opening_at(vec2 point, float coc, vec2 center) {
 // pixels: a single ray would meet a gap or miss it. The number of rays is no whole one, and they move apart as the second
 // one begins to count: during a focus pull nothing jumps.
 float mean_hidden_share(vec2 at, vec2 center, float coc, float ramp) {
-    vec2 middle = (at - center) / coc, reach = aperture_reach(0.5 * coc, 0.0) / abs(coc), spread = vec2(ramp / abs(coc));
+    vec2 reach = aperture_reach(0.5 * coc, 0.0) / abs(coc), spread = vec2(ramp / abs(coc));
+    vec2 middle = clamp((at - center) / coc, -reach, reach);
     vec2 low = clamp(middle - spread, -reach, reach), high = clamp(middle + spread, -reach, reach);
     float moved_px = max(high.x - low.x, high.y - low.y) * abs(may_meet_px);  // of the nearest surface
-    float rays = clamp(moved_px * moved_px / (PX_A_RAY * PX_A_RAY), 1.0, RAYS_MOST), apart = min(rays - 1.0, 1.0);
+    float most = min(RAYS_OF_POINT + RAYS_A_PX * abs(coc), RAYS_MOST);
+    float rays = clamp(moved_px * moved_px / (PX_A_RAY * PX_A_RAY), 1.0, most), apart = min(rays - 1.0, 1.0);
     vec2 offset = center.x * SPREAD_X + center.y * SPREAD_Y;
     float hidden = 0.0, sum = 0.0;
     int ray = 0;

@@ -41,8 +41,8 @@ layout(std430) writeonly buffer diffuse_fragment_block { uint diffuse_fragment_b
 
 // Discs smaller than LEAST_COC_PX stay pixels, those larger than WHOLE_COC_PX are drawn in full, with a
 // smooth transition in between.
-#define LEAST_COC_PX 0.25
-#define WHOLE_COC_PX 0.75
+#define LEAST_COC_PX 0.02
+#define WHOLE_COC_PX 0.1
 #define LEAST_BEHIND 0.02  // share of the surroundings that must not be before the focus, to tell what is there
 
 #ifdef LISTS

@@ -53,9 +53,8 @@ layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 // the coc.
 #define SAME_COC_PX 0.5
 #define SAME_COC_SHARE 0.05
-#define RIM_OFFSET 0.3    // 1/2 for a straight rim; less suits the corners of small highlights as well
-#define OFFSET_FROM_PX 0.25  // coc from which the light's position in its pixel moves the disc
-#define OFFSET_FULL_PX 2.0        // coc from which it does so in full
+#define RIM_OFFSET 0.4    // 1/2 for a straight rim; less suits the corners of small highlights as well
+#define OFFSET_FULL_PX 0.75  // coc from which the light's position in its pixel moves the disc in full
 #define NUMERIC_PX 8.0     // discs up to this radius are summed pixel by pixel: light is kept exactly
 
 ivec2 size, corner;  // size of the picture, and first pixel of the block
@@ -87,22 +86,23 @@ float highlight_coc(ivec2 at) {
     return result;
 }
 
-// Returns the light's position in a pixel at a highlight's rim, in pixels from the center. It is
-// offset towards the brighter pixels, more if less of the pixel is covered. The coverage follows
-// from the brightness relative to the brightest pixel around.
-vec2 light_offset(ivec2 at, float coc_px) {
-    float own = sum_of(highlight_at(at).rgb), most = own;
+// Where the light of a pixel is: xy its middle from that of the pixel, z its variance along an axis, in pixels. At a
+// highlight's rim it lies towards the brighter pixels, closer to them and narrower if less of the pixel is covered. The
+// coverage follows from the brightness relative to the brightest pixel around. A pixel alone has a point of light.
+vec3 light_in_pixel(ivec2 at, float coc_px) {
+    float own = sum_of(highlight_at(at).rgb), most = own, around = -own;
     vec2 towards = vec2(0.0);
     for (int k = 0; k < 9; ++k) {
         ivec2 neighbor_offset = ivec2(k % 3, k / 3) - 1;
         float neighbor_light = sum_of(highlight_at(at + neighbor_offset).rgb);
         most = max(most, neighbor_light);
+        around += neighbor_light;
         towards += neighbor_light * vec2(neighbor_offset);
     }
-    float steepest = max(abs(towards.x), abs(towards.y));
-    if (steepest == 0.0) return vec2(0.0);
-    float offset = RIM_OFFSET * (1.0 - own / most) * smoothstep(OFFSET_FROM_PX, OFFSET_FULL_PX, abs(coc_px));
-    return offset * towards / steepest;
+    float steepest = max(abs(towards.x), abs(towards.y)), cover = own / most;
+    float offset = RIM_OFFSET * (1.0 - cover) * smoothstep(0.0, OFFSET_FULL_PX, abs(coc_px));
+    float width = cover * min(around / most, 1.0);
+    return vec3(offset * towards / max(steepest, 1e-30), width * width / 12.0);
 }
 
 // Reads the highlights of the block into the arrays above.
@@ -150,16 +150,14 @@ Sprite merge_around(ivec2 block_corner, int side, int top) {
         int i = (block_corner.y + k / side) * HIGHLIGHT_BLOCK + block_corner.x + k % side;
         if (energy[i] <= 0.0 || is_merged(i) || abs(coc[i] - coc[top]) > limit) continue;
         merged_bits[i / 32] |= 1u << (i % 32);
-        // known: position and variance of the light in its pixel, if measured; else light_offset
-        // estimates the position.
+        // Position and variance of the light in its pixel are measured or estimated.
         bool is_known = energy[i] > 0.0 && has_positions;  // not the uniform alone: see lib/shaped_aperture.lib.glsl
-        vec3 known = is_known ? texelFetch(positions_tx, pixel(i), 0).xyz : vec3(0.0);
-        vec2 offset = is_known ? known.xy : light_offset(pixel(i), coc[top]);
-        vec2 position = vec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK) + 0.5 + offset;
+        vec3 inside = is_known ? texelFetch(positions_tx, pixel(i), 0).xyz : light_in_pixel(pixel(i), coc[top]);
+        vec2 position = vec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK) + 0.5 + inside.xy;
         light += texelFetch(highlight_tx, pixel(i), 0).rgb;
         weight += energy[i];
         moment += energy[i] * position;
-        moment_2 += energy[i] * (dot(position, position) + 2.0 * known.z);
+        moment_2 += energy[i] * (dot(position, position) + 2.0 * inside.z);
     }
     vec2 center = moment / weight;
     // The disc of several highlights has a soft rim: as wide as the group of them, at least a pixel. A pixel's own
