@@ -57,7 +57,7 @@ class MarkCommands(Commands, Worker):
         self._reader: Background[_Measured] = Background(self._wake)
         self._picker: Background[PointMark | MatteMark] = Background(self._wake)
         self.anchors = MarkAnchors(shared, timeline, self.change)
-        self._clicked_frame = self._editing.frame
+        self._clicked_frame = 0  # the frame of the latest click
         self._matte_receiver: Callable[[str], None] | None = None  # is given the next clicked matte
         self.matte_distances = MatteDistances(self._wake)
         self.live = LiveFollowing(shared)
