@@ -12,6 +12,7 @@ from heatlens.core.model.view.view import ViewState
 from heatlens.render.display.picture_pass import PicturePass, PlacedPicture
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.frame_renderer import run_all_steps
+from heatlens.render.gpu.program import programs_built
 from heatlens.render.gpu.resources import Sampling
 from heatlens.render.preview.level_choice import cheaper_levels
 from heatlens.render.preview.shown import ShownPicture
@@ -70,3 +71,17 @@ def test_preview_of_a_lamp_near_the_focus_has_no_ring(ctx, renderer, light_stops
     wall, error = preview[0, 0], np.abs(preview - preview[0, 0])
     assert np.all(preview[from_lamp_px < 2.0] > 240) and np.all(wall < 130)
     assert error[from_lamp_px > 8.0].max() <= 12  # a preview's pixel; a ring had 23
+
+
+def test_first_preview_builds_no_program_that_was_prepared(ctx, renderer):
+    grey = np.full((*SIZE[::-1], 3), 0.5, np.float32)
+    renderer.load(plate_of(grey, grey[..., 0]))
+    shot, level = Shot(lens_blurring(1.0, SIZE[0])), cheaper_levels(DefocusSettings())[-1]
+    picture, screen = ctx.texture((24, 16), 4, dtype="f4"), ScreenPictures(ctx)
+    screen.prepare()
+    while screen.is_spreading:
+        screen.prepare()
+    count = programs_built()
+    shown = ShownPicture(picture, shot, 0, level, 0.0)
+    screen.a(shown, 0, renderer.loaded, ViewState(), renderer.loaded.color)
+    assert count > 0 and programs_built() == count

@@ -102,9 +102,8 @@ class ScreenFrames:
             self._drop(key)
 
     def _new_texture(self, size: tuple[int, int]) -> Texture:
-        """Return a new RGBA8 texture with all mipmap levels."""
+        """Return a new RGBA8 texture."""
         texture = self._ctx.texture(size, 4)
-        texture.build_mipmaps()  # a texture with missing levels would be black
         texture.repeats = False
         texture.label = "frame on the screen"
         return texture

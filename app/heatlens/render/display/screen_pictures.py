@@ -21,6 +21,7 @@ from heatlens.render.display.picture_pass import (
     FocusMeanPass,
 )
 from heatlens.render.display.screen_frames import ScreenTransform
+from heatlens.render.display.screen_target import Key, ScreenTarget
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.resources import Texture
 from heatlens.render.gpu.textures import TexturePool
@@ -28,34 +29,6 @@ from heatlens.render.preview.shown import ShownPicture
 from heatlens.render.source.pinhole import Pinhole, optics_of, pinhole_optics
 
 MIPMAPS_UNDER = 0.6  # screen pixels per texel below which a picture without mipmaps would alias
-
-Key = tuple[object, ...]
-
-
-class _Target:
-    """An 8-bit texture with a key that identifies its content."""
-
-    def __init__(self, ctx: Device, label: str) -> None:
-        self._ctx = ctx
-        self._label = label
-        self._key: Key | None = None  # identifies the content; None if nothing is drawn yet
-        self.texture: Texture | None = None
-
-    def needs_update(self, size: tuple[int, int], key: Key) -> bool:
-        """Resize to `size`; return True if the content is not that of `key` and must be drawn.
-
-        `key` counts as the content from now on.
-        """
-        if self.texture is None or self.texture.size != size:
-            if self.texture is not None:
-                self.texture.release()
-            self.texture = self._ctx.texture(size, 4)
-            self.texture.build_mipmaps()  # a texture with missing levels would be black
-            self.texture.repeats = False
-            self.texture.label = self._label
-            self._key = None
-        is_changed, self._key = self._key != key, key
-        return is_changed
 
 
 class ScreenPictures:
@@ -74,16 +47,32 @@ class ScreenPictures:
         self._sharpen_for_enlarging = EnlargePass(ctx)
         self._pool = TexturePool(ctx)
         self._previous_plate: Pinhole | None = None  # the plate of the previous preview
-        self.first_details = FirstUses()
-        self._a = _Target(ctx, "A on the screen")
-        self._b = _Target(ctx, "B on the screen")
-        self._pinhole = _Target(ctx, "plate on the screen")
-        self._fine = _Target(ctx, "plate at the size of the picture at rest")
-        self._coarse = _Target(ctx, "plate at the preview's size")
-        self._overlay = _Target(ctx, "overlay")
-        self._tiles: dict[str, _Target] = {}  # pictures of looks by name
+        self._first_details, self._first_picture = FirstUses(), FirstUses()
+        self._a = ScreenTarget(ctx, "A on the screen")
+        self._b = ScreenTarget(ctx, "B on the screen")
+        self._pinhole = ScreenTarget(ctx, "plate on the screen")
+        self._fine = ScreenTarget(ctx, "plate at the size of the picture at rest")
+        self._coarse = ScreenTarget(ctx, "plate at the preview's size")
+        self._overlay = ScreenTarget(ctx, "overlay")
+        self._tiles: dict[str, ScreenTarget] = {}  # pictures of looks by name
         self.transform_version = 0  # increased by the caller with each new view transform
         self.with_mipmaps = False  # True if pictures are so small that they would alias
+
+    @property
+    def is_spreading(self) -> bool:
+        """True if the next frame uses further passes for the first time."""
+        return self._first_details.is_spreading or self._first_picture.is_spreading
+
+    def prepare(self) -> None:
+        """Use the passes of a first preview before there is one, spread over frames."""
+        size = 5, 3  # as of most pictures no power of two, for which drivers build another program
+        light = self._pool.texture("no light", size, 4)
+        small = self._pool.texture("no light small", size, 4, "f2")
+        passes = (
+            lambda: self.display.run(light, small),
+            lambda: self._sharpen_for_enlarging.run(small, self._a.resized(size)),
+        )
+        self._first_picture.run(passes)
 
     def a(
         self, shown: ShownPicture, version: object, plate: Pinhole, view: ViewState, b: Texture
@@ -131,7 +120,7 @@ class ScreenPictures:
 
     def tile(self, name: str, shown: ShownPicture, view: ViewState) -> Texture:
         """Return the picture of a look, for showing several looks at once."""
-        target = self._tiles.setdefault(name, _Target(self._ctx, "a look on the screen"))
+        target = self._tiles.setdefault(name, ScreenTarget(self._ctx, "a look on the screen"))
         transform = self._screen_transform(view)
         if target.needs_update(shown.texture.size, (shown, transform)):
             assert target.texture is not None
@@ -171,7 +160,7 @@ class ScreenPictures:
             lambda: self._reduced_with_range(plate, size, shown.diffused),
             lambda: self._coarse_plate(plate, shown, view, optics.line),
         )
-        if not self.first_details.run(passes):
+        if not self._first_details.run(passes):
             return None
         fine = self._fine_plate(plate, shown.shot.defocus.proxy, view)
         shares, coarse = self._coarse_plate(plate, shown, view, optics.line)

@@ -76,8 +76,7 @@ class Loop:
         self._window = window = gpu.handle
         self._show_background()
         imgui.create_context()
-        pictures = ScreenPictures(gpu.device)
-        self._first_details = pictures.first_details
+        self._pictures = pictures = ScreenPictures(gpu.device)
         front_end = FrontEnd(wake_window, pictures, True, sharing.shared.other_holder)
         self._session = session = Session(
             *(FrameRenderer(gpu.device), start, front_end, preferences),
@@ -196,9 +195,11 @@ class Loop:
         self._screen.typed_keys = self._input.typed_keys
         show = self._show_frame if is_visible else imgui.end_frame
         is_new = self._screen.make_frame(show, is_visible)
+        if self._screen.picture.pictures is None:
+            self._pictures.prepare()
         # Panels show facts of a new picture one frame later, but the next sample of a turning ring
         # is more urgent.
-        has_more = is_new or self._first_details.is_spreading
+        has_more = is_new or self._pictures.is_spreading
         if has_more and not self._session.lens.ring.is_turning:
             self._turn.draw_soon()
 
