@@ -96,6 +96,19 @@ def test_scratch_buffer_refuses_second_owner_until_pass_ends(ctx: Device) -> Non
     scratch.release()
 
 
+def test_scratch_releases_only_what_no_name_owns(ctx: Device) -> None:
+    scratch = Scratch(ctx)
+    owned, ended = scratch.texture("coc", (4, 4), 1), scratch.buffer("rim list", 64)
+    array = scratch.array("far poles", (4, 4), 1, 4, "u4")
+    for name in ("fragments", LIFETIMES["far poles"].last):
+        scratch.end_pass(name)
+    scratch.release_unowned()
+    assert scratch.texture("coc", (4, 4), 1) is owned
+    assert scratch.buffer("rim list", 64) is not ended
+    assert scratch.array("far poles", (4, 4), 1, 4, "u4") is not array
+    scratch.release()
+
+
 def test_scratch_texture_refuses_second_owner_until_last_reader(ctx: Device) -> None:
     scratch = Scratch(ctx)
     by_memory: dict[str, list[str]] = {}

@@ -127,15 +127,21 @@ class PartFields:
         settings: DefocusSettings,
         parts: int,
     ) -> Steps[PartViews]:
-        """Return the mean view of all `parts` of the lens in `zone`."""
+        """Return the mean view of all `parts` of the lens in `zone`.
+
+        The memory of the passes before, and that of the views, is released when it has been used.
+        """
+        self._scratch.release_unowned()
         draft_kernel = kernel_for(replace(settings, quality=Quality.DRAFT))
         poles = self._passes.poles(
-            self._scratch, f"{surfaces.name} poles", surfaces.coc.size, kernel_for(settings)
+            self._scratch, f"{surfaces.name} poles", surfaces.coc.size, draft_kernel
         )
         steps = self._passes.part_views.steps(
             surfaces, zone, optics, parts, draft_kernel, poles, self._scratch
         )
-        return (yield from steps)
+        views = yield from steps
+        self._scratch.release_unowned()
+        return views
 
 
 # Of a window behind leaves, focused on the window, the street behind it has a coc of up to 7.6 px:

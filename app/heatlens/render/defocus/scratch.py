@@ -133,6 +133,10 @@ class Scratch:
             yield name
         self.end_pass(name)
 
+    def release_unowned(self) -> None:
+        """Release the memory whose lifetimes have ended, before passes that need other memory."""
+        self._pool.release(kept=self._owned)
+
     def release(self) -> None:
         """Release all memory."""
         self._owned.clear()

@@ -3,7 +3,7 @@
 Storage buffers can be divided into equal parts that are bound like separate buffers.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Literal
@@ -145,15 +145,13 @@ class TexturePool:
             enlarge(self._ctx, self._buffers[name], size_bytes)
         return self._buffers[name]
 
-    def release(self) -> None:
-        """Delete all textures and buffers."""
-        for _, texture in self._textures.values():
-            texture.release()
-        for _, array in self._arrays.values():
-            array.release()
-        for buffer in self._buffers.values():
-            buffer.release()
-        self._textures, self._arrays, self._buffers = {}, {}, {}
+    def release(self, kept: Collection[str] = ()) -> None:
+        """Delete all textures and buffers but those with a name in `kept`."""
+        for kinds in (self._textures, self._arrays):
+            for name in kinds.keys() - set(kept):
+                kinds.pop(name)[1].release()
+        for name in self._buffers.keys() - set(kept):
+            self._buffers.pop(name).release()
 
 
 class OpeningTextures:
