@@ -54,7 +54,7 @@ out vec4 out_light;
 // In a disc of few pixels, where all points of the lens reach each pixel, fewer are enough.
 #define PX_A_RAY 8.0
 #define RAYS_MOST 36.0
-#define RAYS_OF_POINT 8.0
+#define RAYS_OF_POINT 8.0  // at most, for a disc of coc 0
 #define RAYS_A_PX 8.0  // rays added for each pixel of the coc
 // Multiples of these fill a square evenly, without rows that a grating could match: they place the rays, and begin
 // elsewhere for a highlight a pixel to the right or below.

@@ -28,7 +28,7 @@ from heatlens.media.scene.scene import Array
 from heatlens.media.scene.scene_bounds import corners_of
 
 _NEAR_TO_FAR_LEAST = 1e-4  # nearest near plane as a part of the far plane, for 24 bits of depth
-_WIDER = 1.01  # by this factor the view is widened before a box is left out, for what is rounded
+_WIDER = 1.01  # factor on the view before a box is left out: rounding must hide nothing
 
 
 @dataclass(frozen=True, slots=True, eq=False)

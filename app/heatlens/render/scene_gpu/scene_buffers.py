@@ -65,7 +65,7 @@ class SceneBuffers:
         commands = draw_commands(self._meshes, self.first_triangle, everything)
         self.command_count = len(commands)
         self.commands = self._all_commands = ctx.buffer(commands.tobytes())
-        self._some_commands = ctx.buffer(reserve=len(self.order) * commands.itemsize * 5)
+        self._some_commands = ctx.buffer(reserve=len(self.order) * commands.strides[0])
         self.instances = ctx.buffer(reserve=len(self.order) * INSTANCE.itemsize)
         self._instance_records = np.zeros(len(self.order), INSTANCE)
         self.materials = materials_of(ctx, scene.materials)

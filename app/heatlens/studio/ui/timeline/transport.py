@@ -19,7 +19,7 @@ Key = TypeVar("Key")
 
 _FIELD_EM, _COMBO_EM, _WIDE_EM, _MISSING_EM = 4.6, 5.6, 7.6, 10.4
 _TIMECODE_EM, _RATE_EM = 6.4, 6.2
-_RARE = ("first", "backwards", "last")  # the ruler and keys do the same
+_RARE = ("first", "backwards", "last")  # in the popup: keys and the ruler do the same
 _ICON_ASPECT = 1.15  # width of a button divided by its height
 _PACE_NAMES = {True: "every frame", False: "real time"}
 _MISSING_NAMES: dict[MissingPolicy, str] = {
