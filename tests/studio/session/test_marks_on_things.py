@@ -10,7 +10,7 @@ from heatlens.core.base.background import wait_for_busy_threads
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.marks.marks import MarkAnchor, MatteMark, PointMark, WorldMark
-from heatlens.studio.session.marks import mark_measuring
+from heatlens.studio.session.marks import surface_tracking
 from heatlens.studio.session.marks.matte_light import FLASH_S
 from support.evening import begin_session, run_until, run_until_settled
 from support.mattes import matte_plate
@@ -166,7 +166,7 @@ def test_mark_that_cannot_be_tracked_stays_on_the_pixel_and_says_so(card, monkey
     def fail(_cache, _options, frame):
         raise InputError(f"Frame {frame} is damaged.")
 
-    monkeypatch.setattr(mark_measuring, "plate_at", fail)
+    monkeypatch.setattr(surface_tracking, "plate_at", fail)
     click_card(session, walk)
     assert MarkAnchor.of(wait_for_track(session)) is MarkAnchor.PIXEL
     assert session.messages.text == "Mark A stays on the pixel. Frame 1 is damaged."
@@ -271,7 +271,7 @@ def test_stopped_tracking_leaves_the_mark_and_reads_no_more_frames(card, monkeyp
         assert goes_on.wait(60.0)
         return session.source.plate
 
-    monkeypatch.setattr(mark_measuring, "plate_at", read)
+    monkeypatch.setattr(surface_tracking, "plate_at", read)
     point = click_card(session, walk)
     assert has_read.wait(60.0) and tracking.follows(point)
     tracking.stop()

@@ -11,7 +11,7 @@ from heatlens.core.model.marks.track_mark import Click, TrackMark
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.mark_distance import make_world_mark, stands_still, world_point
 from heatlens.media.plate.plate import Plate
-from heatlens.studio.session.marks.mark_measuring import SurfaceTracking
+from heatlens.studio.session.marks.surface_tracking import SurfaceTracking
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.timeline import Timeline
 
