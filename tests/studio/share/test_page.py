@@ -10,6 +10,7 @@ from heatlens.studio.board.board import Board
 
 WEB = Path(heatlens.__file__).parent / "studio" / "web"
 FILES = sorted(WEB.iterdir())
+PAGE = (WEB / "index.html").read_text(encoding="utf-8")
 LINES_MOST = 360
 LIBRARY = "http://www.w3.org/2000/svg"  # the name of a format, which nothing loads
 
@@ -47,3 +48,22 @@ def test_page_names_only_commands_and_requests_that_it_may_give(session):
     assert len(named) > 10
     for name in named:
         board.check_remote({"do": name})
+
+
+def test_every_button_of_page_has_a_name_and_an_icon_or_words():
+    buttons = re.findall(r"<button([^>]*)>(.*?)</button>", PAGE)
+    assert len(buttons) > 8
+    for attributes, inside in buttons:
+        is_drawn = "<svg" in inside
+        assert "aria-label" in attributes if is_drawn else inside.strip()
+
+
+def test_step_buttons_have_no_icon_of_first_and_last():
+    """A bar behind the triangle means one step; a bar at its tip means the end of the range."""
+    for button, tip_x in (("back", 5), ("forward", 19)):
+        (path,) = re.findall(rf'<button id="{button}".*?<path d="([^"]+)"', PAGE)
+        triangle, bar = path.rstrip("z").split("z")
+        base_x = int(re.findall(r"M(\d+) 5v14", triangle)[0])
+        bar_x = int(re.findall(r"M(\d+) 5h3v14", bar)[0])
+        assert f"L{tip_x} 12" in triangle or base_x + 9 == tip_x
+        assert abs(bar_x - base_x) < abs(bar_x - tip_x)

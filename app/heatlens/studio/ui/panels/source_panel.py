@@ -243,7 +243,8 @@ def _distance_field(name: str, value: float | None, unit: str, notify: Notify) -
     tip = "The distance at this end of the range 0 to 1: 0.5, 30cm, 6'3\"; empty: unknown."
     widgets.label(name, tip)
     value_text = "" if value is None else format_distance(value, unit)
-    return widgets.text_field(name, value_text, value, widgets.optional(_parse_end_m), notify)
+    parse = widgets.optional(_parse_end_m)
+    return widgets.text_field(name, value_text, value, parse, notify, "unknown")
 
 
 def _parse_end_m(text: str) -> float:
