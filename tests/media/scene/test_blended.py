@@ -13,6 +13,7 @@ from heatlens.render.gpu.textures import download, new_texture
 from heatlens.render.scene_gpu.antialias import Antialias
 from heatlens.render.scene_gpu.raster import SceneRaster
 from heatlens.render.scene_gpu.ray_tracer import RayTracer
+from heatlens.render.scene_gpu.scene_buffers import Instances
 from support.scenes import BLACK, NIGHT, even_sky, lamp, placement, plane, scene_of
 
 VIEW = SceneView(
@@ -112,3 +113,21 @@ def test_maps_use_their_own_uv_placement(render_both):
         scene = scene_of([sheet], ahead, [shining], images=(image,), daylight=NIGHT)
         for picture in render_both(scene):
             np.testing.assert_allclose(picture[4, 6], expected, atol=1e-5)
+
+
+def test_holes_change_nothing_of_surfaces_without_them(ctx):
+    solid = scene_of([plane(20.0)], [(0, placement(z=-3.0))], [lamp(GREEN)], daylight=NIGHT)
+    both = panes_before_wall(0.0)
+    raster, depth = SceneRaster(ctx), new_texture(ctx, VIEW.size, 1)
+    depths_m = []
+    for scene in (solid, both):
+        raster.load(scene)
+        raster.place(1)
+        kinds = raster.buffers.commands
+        assert kinds[Instances.SOLID][1] + kinds[Instances.HOLED][1] == len(scene.instances)
+        assert kinds[Instances.SOLID][1] == 1
+        raster.depth(VIEW, depth)
+        depths_m.append(download(depth))
+    np.testing.assert_array_equal(*depths_m)
+    raster.release()
+    depth.release()

@@ -1,4 +1,4 @@
-"""Draw all instances of a scene in one call, with a chosen fragment shader.
+"""Draw the instances of a scene, with a chosen fragment shader.
 
 The shadow map of the sun is drawn the same way: one depth map of the whole scene.
 """
@@ -12,7 +12,7 @@ from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.framebuffer import DepthTest, Primitive
 from heatlens.render.gpu.program import DrawProgram
 from heatlens.render.gpu.resources import Image
-from heatlens.render.scene_gpu.scene_buffers import SceneBuffers
+from heatlens.render.scene_gpu.scene_buffers import Instances, SceneBuffers
 
 # Formats of moderngl, and the inputs of the vertex shader that they feed; "/i" is per instance.
 _VERTEX = ("3f 1f 3f 1f", "in_position", "in_u", "in_normal", "in_v")
@@ -29,7 +29,7 @@ _BORDER_PX = 2  # empty texels around the map, so that its edge casts no shadow
 
 
 class MeshDraw:
-    """Draws the meshes with scene_mesh.vert.glsl and `fragment`.frag.glsl."""
+    """Draws `instances` with scene_mesh.vert.glsl and `fragment`.frag.glsl."""
 
     def __init__(
         self,
@@ -37,11 +37,14 @@ class MeshDraw:
         buffers: SceneBuffers,
         fragment: str,
         defines: Mapping[str, object] | None = None,
+        instances: Instances = Instances.ALL,
     ) -> None:
         """Build the program; `defines` are added to those that the scene needs."""
         all_defines = buffers.defines | dict(defines or {})
+        if instances is not Instances.HOLED:
+            all_defines.pop("HOLES", None)
         self._program = DrawProgram(ctx, "scene_gpu/scene_mesh", fragment, all_defines)
-        self._buffers = buffers
+        self._buffers, self._instances = buffers, instances
         extra_layouts = [] if buffers.colors is None else [(buffers.colors, *_COLOR)]
         extra_layouts += [] if buffers.more_uvs is None else [(buffers.more_uvs, *_MORE_UV)]
         vertex = _BUMPY_VERTEX if buffers.has_bumps else _VERTEX
@@ -57,21 +60,50 @@ class MeshDraw:
     def __call__(
         self, uniforms: Mapping[str, object], textures: Mapping[str, Image] | None = None
     ) -> None:
-        """Draw all instances into the bound framebuffer.
+        """Draw the instances into the bound framebuffer.
 
         `textures` are those besides the scene's own.
         """
         buffers = self._buffers
-        all_textures = buffers.textures | dict(textures or {})
-        self._program.bind(textures=all_textures, uniforms=uniforms, buffers=buffers.storage)
-        if buffers.command_count:
-            commands, count = buffers.commands, buffers.command_count
+        commands, count = buffers.commands[self._instances]
+        if count:
+            all_textures = buffers.textures | dict(textures or {})
+            self._program.bind(textures=all_textures, uniforms=uniforms, buffers=buffers.storage)
             self._array.render_indirect(commands, Primitive.TRIANGLES, count)
 
     def release(self) -> None:
         """Release the program and its vertex array; the buffers belong to the scene."""
         self._array.release()
         self._program.release()
+
+
+# A program that looks for holes takes twice as long for each pixel on a processor, even where a
+# surface has none.
+class DepthDraw:
+    """Draws the depth of all instances; only those with holes are searched for them."""
+
+    def __init__(
+        self,
+        ctx: Device,
+        buffers: SceneBuffers,
+        fragment: str,
+        defines: Mapping[str, object] | None = None,
+    ) -> None:
+        """Build the programs, one for each kind of instances in the scene; see `MeshDraw`."""
+        kinds = [kind for kind in (Instances.SOLID, Instances.HOLED) if buffers.commands[kind][1]]
+        self._draws = [MeshDraw(ctx, buffers, fragment, defines, kind) for kind in kinds]
+
+    def __call__(
+        self, uniforms: Mapping[str, object], textures: Mapping[str, Image] | None = None
+    ) -> None:
+        """Draw into the bound framebuffer; see `MeshDraw`."""
+        for draw in self._draws:
+            draw(uniforms, textures)
+
+    def release(self) -> None:
+        """Release the programs."""
+        for draw in self._draws:
+            draw.release()
 
 
 class ShadowPass:
@@ -90,7 +122,7 @@ class ShadowPass:
         self.from_world = np.eye(4)
         self.texel_m = 0.0
 
-    def draw(self, cover: MeshDraw, corners_m: Array, to_sun: Array) -> None:
+    def draw(self, cover: DepthDraw, corners_m: Array, to_sun: Array) -> None:
         """Draw a scene whose boxes have `corners_m` (N, 3), lit from the unit vector `to_sun`.
 
         `cover` draws the scene's depth alone.

@@ -21,7 +21,7 @@ from heatlens.render.gpu.program import DrawProgram
 from heatlens.render.gpu.resources import Buffer, Texture
 from heatlens.render.gpu.textures import FloatArray
 from heatlens.render.scene_gpu.bands import Bands
-from heatlens.render.scene_gpu.mesh_draw import MeshDraw, ShadowPass
+from heatlens.render.scene_gpu.mesh_draw import DepthDraw, MeshDraw, ShadowPass
 from heatlens.render.scene_gpu.scene_buffers import SceneBuffers
 from heatlens.render.scene_gpu.scene_records import light_uniforms
 from heatlens.render.scene_gpu.sky_light import diffuse_polynomial
@@ -45,7 +45,6 @@ class SceneRaster:
         self._sky = SkyDraw(ctx)
         self._done = DrawProgram(ctx, "scene_gpu/scene_done")
         self._done_array = self._done.vertex_array([])
-        self._draws: dict[str, MeshDraw] = {}
         self._buffers: SceneBuffers | None = None
         self._placed_transforms: Array | None = None
         self._frame = 0.0  # the frame at which the scene is placed
@@ -67,14 +66,18 @@ class SceneRaster:
         return self._shadow.map
 
     def load(self, scene: Scene) -> None:
-        """Load a scene in place of the previous one; call `place` before drawing it."""
+        """Load a scene in place of the previous one; call `place` before drawing it.
+
+        Then `cover` draws only the depth of visible surfaces.
+        """
         self._unload()
         self._buffers = SceneBuffers(self._ctx, scene)
         self.bands = Bands(self._ctx, self._buffers.triangles_drawn)
-        names = ("cover", "surface", "depth")
-        self._draws = {
-            name: MeshDraw(self._ctx, self._buffers, f"scene_gpu/scene_{name}") for name in names
-        }
+        self.cover, self._depth = (
+            DepthDraw(self._ctx, self._buffers, f"scene_gpu/scene_{name}")
+            for name in ("cover", "depth")
+        )
+        self._surface = MeshDraw(self._ctx, self._buffers, "scene_gpu/scene_surface")
         self._daylight, self._lights = scene.daylight, light_uniforms(scene.lights)
         self._sky_light = diffuse_polynomial(scene.daylight)
 
@@ -97,7 +100,7 @@ class SceneRaster:
         self._daylight, self._lights = lighting.daylight, light_uniforms(lighting.lights)
         if max(self._daylight.sun) > 0:
             corners, to_sun = self._corners_m.reshape(-1, 3), sun_direction(self._daylight)
-            self._shadow.draw(self._draws["cover"], corners, to_sun)
+            self._shadow.draw(self.cover, corners, to_sun)
 
     def shading_uniforms(self) -> dict[str, object]:
         """Return the uniforms of lib/shading.lib.glsl.
@@ -124,14 +127,14 @@ class SceneRaster:
         """
         with self.bind_band(self.targets.of(color), view, band) as target:
             target.clear()
-            self.draw_into(target, view, self._draws["cover"], self._draws["surface"], self._sky)
+            self.draw_into(target, view, self.cover, self._surface, self._sky)
 
     def depth(self, view: SceneView, depth: Texture, band: Box | None = None) -> None:
         """Draw planar meters at the view's jitter into `depth`, R float32; +inf for sky."""
         with self.bind_band(self.targets.of(depth), view, band) as target:
             target.clear(red=math.inf)
             self._ctx.draw_with(depth=DepthTest.LESS)
-            self._draws["depth"](cover_uniforms(replace(view, sample=None)))
+            self._depth(cover_uniforms(replace(view, sample=None)))
             self._ctx.draw_with()
 
     @contextmanager
@@ -196,7 +199,7 @@ class SceneRaster:
         self,
         target: Framebuffer,
         view: SceneView,
-        cover: MeshDraw,
+        cover: DepthDraw,
         surface: MeshDraw,
         sky: "SkyDraw",
         peeled_uniforms: Mapping[str, object] | None = None,
@@ -223,18 +226,12 @@ class SceneRaster:
         target.writes_depth = True
         self._ctx.draw_with()
 
-    @property
-    def cover(self) -> MeshDraw:
-        """The program that draws only the depth of visible surfaces."""
-        return self._draws["cover"]
-
     def _unload(self) -> None:
         """Release the scene, but keep what the next scene can use."""
-        for draw in self._draws.values():
-            draw.release()
         if self._buffers is not None:
-            self._buffers.release()
-        self._draws, self._buffers, self._placed_transforms = {}, None, None
+            for resource in (self.cover, self._depth, self._surface, self._buffers):
+                resource.release()
+        self._buffers, self._placed_transforms = None, None
 
     def release(self) -> None:
         """Release everything on the GPU."""

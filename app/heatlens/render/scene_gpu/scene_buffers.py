@@ -5,6 +5,7 @@ The pictures that color its surfaces are layers of one texture.
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from enum import Enum, auto
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +17,7 @@ from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.resources import Buffer, Image
 from heatlens.render.scene_gpu.closed_meshes import ClosedMeshes
 from heatlens.render.scene_gpu.scene_records import (
+    COMMAND_BYTES,
     INSTANCE,
     colors_of,
     draw_commands,
@@ -26,6 +28,14 @@ from heatlens.render.scene_gpu.scene_records import (
     placements_of,
     vertex_records,
 )
+
+
+class Instances(Enum):
+    """Which instances of a scene a draw shows: all, or those without or with holes."""
+
+    ALL = auto()
+    SOLID = auto()
+    HOLED = auto()
 
 
 class SceneBuffers:
@@ -41,7 +51,7 @@ class SceneBuffers:
     first_triangle  (meshes + 1,) where each mesh's triangles begin
     instances       INSTANCE, those of one mesh after each other
     order           (N,) the scene's instance at each index of `instances`
-    commands        indexed indirect draws of the instances, `command_count` of them
+    commands        for each of `Instances`, indexed indirect draws and their number
     maps            RGBA8 layers of one size, as the files keep them; one white texel for none
     boxes_m         (meshes, 2, 3) bounds of each mesh in its own axes
     """
@@ -61,21 +71,19 @@ class SceneBuffers:
         self.more_uvs = ctx.buffer(more_uvs_of(scene.meshes)) if has_placements else None
         self.placements = ctx.buffer(placements_of(scene.materials)) if has_placements else None
         self.triangles = ctx.buffer(triangles.tobytes())
-        everything = np.ones(len(self.order), bool)
-        commands = draw_commands(self._meshes, self.first_triangle, everything)
-        self.command_count = len(commands)
-        self.commands = self._all_commands = ctx.buffer(commands.tobytes())
-        self._some_commands = ctx.buffer(reserve=len(self.order) * commands.strides[0])
+        self._members = members_of(scene, self._meshes)
+        self._all_commands, self._some_commands = self._new_commands(ctx), self._new_commands(ctx)
+        self.commands = self._all_commands
         self.instances = ctx.buffer(reserve=len(self.order) * INSTANCE.itemsize)
         self._instance_records = np.zeros(len(self.order), INSTANCE)
         self.materials = materials_of(ctx, scene.materials)
         self.maps = maps_of(ctx, scene.images)
-        self.has_holes = any(m.alpha_cutoff > 0 or m.is_blended for m in scene.materials)
 
     @property
     def defines(self) -> dict[str, int]:
         """The defines of the scene's shaders: only the features that this scene needs."""
-        names = {"HOLES": self.has_holes, "COLORS": self.colors is not None}
+        has_holes = self._members[Instances.HOLED].any()
+        names = {"HOLES": has_holes, "COLORS": self.colors is not None}
         names |= {"BUMPS": self.has_bumps, "PLACEMENTS": self.placements is not None}
         return {name: 1 for name, is_needed in names.items() if is_needed}
 
@@ -129,14 +137,34 @@ class SceneBuffers:
     @contextmanager
     def draw_only(self, is_drawn: npt.NDArray[np.bool_]) -> Iterator[None]:
         """Draw only some instances within the block; `is_drawn` (N,) is in the scene's order."""
-        count = self.command_count
-        commands = draw_commands(self._meshes, self.first_triangle, is_drawn[self.order])
-        self._some_commands.write(commands.tobytes())
-        self.commands, self.command_count = self._some_commands, len(commands)
+        self.commands = {
+            kind: (buffer, self._write_commands(buffer, kind, is_drawn[self.order]))
+            for kind, (buffer, _) in self._some_commands.items()
+        }
         try:
             yield
         finally:
-            self.commands, self.command_count = self._all_commands, count
+            self.commands = self._all_commands
+
+    def _new_commands(self, ctx: Device) -> dict[Instances, tuple[Buffer, int]]:
+        """Return new commands that draw all instances of each kind."""
+        size = len(self.order) * COMMAND_BYTES
+        buffers = {kind: ctx.buffer(reserve=size) for kind in Instances}
+        everything = np.ones(len(self.order), bool)
+        return {
+            kind: (buffer, self._write_commands(buffer, kind, everything))
+            for kind, buffer in buffers.items()
+        }
+
+    def _write_commands(
+        self, buffer: Buffer, kind: Instances, is_drawn: npt.NDArray[np.bool_]
+    ) -> int:
+        """Write the commands of the drawn instances of a kind; return how many there are."""
+        is_drawn = is_drawn & self._members[kind]
+        commands = draw_commands(self._meshes, self.first_triangle, is_drawn)
+        if len(commands):
+            buffer.write(commands.tobytes())
+        return len(commands)
 
     def write_back_rules(self, eye_m: Array) -> None:
         """Write how back faces are recognized from `eye_m`; call this after `place`."""
@@ -161,7 +189,9 @@ class SceneBuffers:
 
     def release(self) -> None:
         """Release everything on the GPU."""
-        for buffer in (self.vertices, self.triangles, self._all_commands, self._some_commands):
+        for buffer in (self.vertices, self.triangles):
+            buffer.release()
+        for buffer, _ in (*self._all_commands.values(), *self._some_commands.values()):
             buffer.release()
         for buffer in (self.storage | self.vertex_storage).values():
             buffer.release()
@@ -174,6 +204,19 @@ def inverses(matrices: Array) -> Array:
     flat = np.abs(np.linalg.det(matrices)) < 1e-30
     inverse = np.linalg.inv(np.where(flat[:, None, None], np.eye(4), matrices))
     return np.where(flat[:, None, None], 0.0, inverse)
+
+
+def members_of(
+    scene: Scene, meshes: npt.NDArray[np.int64]
+) -> dict[Instances, npt.NDArray[np.bool_]]:
+    """Return (N,) which instances are of each kind; `meshes` (N,) is the mesh of each."""
+    materials = [scene.materials[mesh.material] for mesh in scene.meshes]
+    is_holed = np.array([m.alpha_cutoff > 0 or m.is_blended for m in materials], bool)[meshes]
+    return {
+        Instances.ALL: np.ones(len(meshes), bool),
+        Instances.SOLID: ~is_holed,
+        Instances.HOLED: is_holed,
+    }
 
 
 def has_colors(scene: Scene) -> bool:

@@ -23,6 +23,7 @@ _VEC4 = ("f4", 4)
 _SIDE_MOST_PX = 2048  # largest side of a layer
 _BYTES_MOST = 2**29  # memory of all layers together
 _COMMAND_WORDS = 5  # count, instances, first index, base vertex, base instance
+COMMAND_BYTES = 4 * _COMMAND_WORDS
 _WHITE = np.full((1, 1, 4), 255, np.uint8)  # the only layer if the scene has no maps
 
 
