@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
+from heatlens.core.base.memory import give_back_freed_memory
 from heatlens.render.defocus import pass_list
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.resources import Buffer, Texture, TextureArray
@@ -136,6 +137,7 @@ class Scratch:
     def release_unowned(self) -> None:
         """Release the memory whose lifetimes have ended, before passes that need other memory."""
         self._pool.release(kept=self._owned)
+        give_back_freed_memory()
 
     def release(self) -> None:
         """Release all memory."""
