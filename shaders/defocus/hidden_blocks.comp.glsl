@@ -64,28 +64,36 @@ void clear_cost(ivec2 block, bool is_needed) {
     } while (is_needed && ++i < 9);
 }
 
-// True if a pixel, or the nearest one inside the picture, is hidden or in a tile that is not active.
-bool is_hidden(ivec2 at) {
+// True if an alpha is that of a pixel less than half known. Pixels of a surface that passes into the layer or out of it
+// are marked as hidden before, but what is guessed beside them must not jump then.
+bool is_unknown(float alpha) { return alpha < 0.0 && marked_known(alpha) < 0.5; }
+
+// True if a pixel, or the nearest one inside the picture, is unknown or in a tile that is not active.
+bool is_unknown_at(ivec2 at) {
     at = clamp(at, ivec2(0), layer_size - 1);
-    return !is_active(at) || texelFetch(layer_tx, at, 0).a < 0.0;
+    return !is_active(at) || is_unknown(texelFetch(layer_tx, at, 0).a);
 }
 
-// The hidden pixels of a block in an active tile: bit 0 is the first, 1 the one beside it, 2 and 3 those below.
-uint hidden_in(ivec2 first) {
+// The hidden pixels of a block in an active tile, x, and the unknown ones, y. Bit 0 is the first, 1 the one beside it,
+// 2 and 3 those below.
+uvec2 hidden_in(ivec2 first) {
     ivec2 last = layer_size - 1;
-    uint bits = 0u;
-    for (int i = 0; i < 4; ++i)
-        bits |= uint(texelFetch(layer_tx, min(first + ivec2(i & 1, i >> 1), last), 0).a < 0.0) << i;
-    return bits;
+    uint hidden = 0u, unknown = 0u;
+    for (int i = 0; i < 4; ++i) {
+        float alpha = texelFetch(layer_tx, min(first + ivec2(i & 1, i >> 1), last), 0).a;
+        hidden |= uint(alpha < 0.0) << i;
+        unknown |= uint(is_unknown(alpha)) << i;
+    }
+    return uvec2(hidden, unknown);
 }
 
-// True if all pixels around the block up to a distance of DEEP_PX are hidden, along rows and columns. `first` is the
+// True if all pixels around the block up to a distance of DEEP_PX are unknown, along rows and columns. `first` is the
 // first pixel of the block.
 bool is_surrounded(ivec2 first) {
     if (!MAY_SHARE) return false;
     const int far = DEEP_PX + 1;
-    return is_hidden(first - ivec2(DEEP_PX, 0)) && is_hidden(first + ivec2(far, 0)) &&
-        is_hidden(first - ivec2(0, DEEP_PX)) && is_hidden(first + ivec2(0, far));
+    return is_unknown_at(first - ivec2(DEEP_PX, 0)) && is_unknown_at(first + ivec2(far, 0)) &&
+        is_unknown_at(first - ivec2(0, DEEP_PX)) && is_unknown_at(first + ivec2(0, far));
 }
 
 // Clears a hidden pixel, and lists it unless its block is listed as a whole. In the second round, a
@@ -95,8 +103,9 @@ void list_block(ivec2 at) {
     if (has_guess || !is_second_round) mark_pixel(at, has_guess);
     if (has_guess) return;
     ivec2 first = at & ~1, pixel_in_block = at - first;
-    uint hidden = hidden_in(first), earlier_bits = (1u << (pixel_in_block.x + 2 * pixel_in_block.y)) - 1u;
-    bool is_first = (hidden & earlier_bits) == 0u, is_whole = hidden == 15u && is_surrounded(first);
+    uvec2 hidden = hidden_in(first);
+    uint earlier_bits = (1u << (pixel_in_block.x + 2 * pixel_in_block.y)) - 1u;
+    bool is_first = (hidden.x & earlier_bits) == 0u, is_whole = hidden.y == 15u && is_surrounded(first);
     clear_cost(at >> 1, is_first && !is_second_round);
     if (is_first || !is_whole)
         append_word(is_first, uint(at.y) << 16 | uint(at.x) | (is_whole ? MARK_WHOLE : 0u), slices);
