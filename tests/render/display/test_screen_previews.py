@@ -79,7 +79,7 @@ def test_first_preview_builds_no_program_that_was_prepared(ctx, renderer):
     shot, level = Shot(lens_blurring(1.0, SIZE[0])), cheaper_levels(DefocusSettings())[-1]
     picture, screen = ctx.texture((24, 16), 4, dtype="f4"), ScreenPictures(ctx)
     screen.prepare()
-    while screen.is_spreading:
+    while screen.take_request():
         screen.prepare()
     count = programs_built()
     shown = ShownPicture(picture, shot, 0, level, 0.0)

@@ -16,7 +16,7 @@ class FirstUses:
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self._clock = clock
         self._used = 0
-        self.is_spreading = False  # the next frame continues
+        self._is_cut_short = False
 
     def run(self, passes: Sequence[Callable[[], object]]) -> bool:
         """Use the next passes for the first time; return True once what follows may be used too.
@@ -28,8 +28,15 @@ class FirstUses:
         for use in passes[self._used :]:
             use()
             self._used += 1
-            self.is_spreading = self._clock() - start > _QUICK_S
-            if self.is_spreading:
+            self._is_cut_short = self._clock() - start > _QUICK_S
+            if self._is_cut_short:
                 return False
-        self.is_spreading = False
+        self._is_cut_short = False
         return True
+
+    # Once only: what needs the passes may be gone in the next frame, such as a preview that was the
+    # last, and a window that went on asking would draw frames forever.
+    def take_request(self) -> bool:
+        """Return True, once, if a run was cut short, so that another frame should continue it."""
+        is_cut_short, self._is_cut_short = self._is_cut_short, False
+        return is_cut_short

@@ -58,10 +58,9 @@ class ScreenPictures:
         self.transform_version = 0  # increased by the caller with each new view transform
         self.with_mipmaps = False  # True if pictures are so small that they would alias
 
-    @property
-    def is_spreading(self) -> bool:
-        """True if the next frame uses further passes for the first time."""
-        return self._first_details.is_spreading or self._first_picture.is_spreading
+    def take_request(self) -> bool:
+        """Return True, once, if another frame should use further passes for the first time."""
+        return any([uses.take_request() for uses in (self._first_details, self._first_picture)])
 
     def prepare(self) -> None:
         """Use the passes of a first preview before there is one, spread over frames."""

@@ -199,7 +199,7 @@ class Loop:
             self._pictures.prepare()
         # Panels show facts of a new picture one frame later, but the next sample of a turning ring
         # is more urgent.
-        has_more = is_new or self._pictures.is_spreading
+        has_more = self._pictures.take_request() or is_new
         if has_more and not self._session.lens.ring.is_turning:
             self._turn.draw_soon()
 
