@@ -292,3 +292,12 @@ def test_reference_compiler_accepts_display_shaders(film, tmp_path):
 def cube_views(folder: Path) -> list[ViewTransform]:
     config = cube_config(folder)
     return [view_transform(config, "Screen", v, "plain") for v in config.views("Screen")]
+
+
+def test_preview_table_is_close_to_its_view(ctx, screen, film):
+    screen.set_transform(film)
+    out, light = new_texture(ctx, (63, 147), 4), np.abs(RAMP)
+    screen.run(texture_of(ctx, light), out, is_preview=True)
+    deviation = np.abs(download(out)[..., :3] - film.apply_cpu(light))
+    assert deviation.max() < 0.04
+    assert deviation.mean() < 0.001

@@ -12,7 +12,7 @@ from heatlens.core.base.paths import data_dir
 from heatlens.core.model.view.overlays import overlays_by_name
 from heatlens.fronts.doctor.finding import Finding
 from heatlens.fronts.doctor.solver_check import KERNELS, TOLERANCE, worst_error
-from heatlens.media.color.view_table import TABLE_GLSL
+from heatlens.media.color.view_table import SIDE, table_glsl
 from heatlens.media.color.view_transform import srgb_transform
 from heatlens.render.defocus import pass_list
 from heatlens.render.defocus.line_solver import (
@@ -157,7 +157,7 @@ def sources_of(build: Build) -> list[dict[Stage, ShaderSource]]:
         )
         return [{"vert": vertex, "frag": source}]
     if stem.startswith("display/display"):
-        views = srgb_transform().glsl, TABLE_GLSL
+        views = srgb_transform().glsl, table_glsl(SIDE)
         return [{"comp": source.append_functions(view)} for view in views]
     return [{"comp": source}] if stage == "comp" else []
 

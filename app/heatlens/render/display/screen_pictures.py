@@ -68,7 +68,7 @@ class ScreenPictures:
         light = self._pool.texture("no light", size, 4)
         small = self._pool.texture("no light small", size, 4, "f2")
         passes = (
-            lambda: self.display.run(light, small),
+            lambda: self.display.run(light, small, is_preview=True),
             lambda: self._sharpen_for_enlarging.run(small, self._a.resized(size)),
         )
         self._first_picture.run(passes)
@@ -238,7 +238,7 @@ class ScreenPictures:
             self.display.run(source, out, transform.exposure_stops, transform.gamma)
             return
         small = self._pool.texture("shown small", source.size, 4, "f2")
-        self.display.run(source, small, transform.exposure_stops, transform.gamma)
+        self.display.run(source, small, transform.exposure_stops, transform.gamma, is_preview=True)
         self._sharpen_for_enlarging.run(small, out)
 
     def _screen_transform(self, view: ViewState) -> ScreenTransform:
