@@ -88,7 +88,7 @@ class _Translation:
             body = _VARYING[stage].sub(self._varying, body)
         if stage == "vert":
             body = _MAIN.sub("void main_of_opengl()", body) + _CLIP_SPACE
-        return f"#version 450\n{body}"
+        return f"#version 430\n{body}"
 
     def _sampler(self, match: re.Match[str]) -> str:
         """Return declarations of a texture and a sampler, and the macro that joins them."""
