@@ -134,8 +134,7 @@ def level(renderer) -> np.ndarray:
 @pytest.mark.parametrize(
     "focus_offset",
     [
-        {"tilt_deg": 8.0},
-        {"tilt_deg": -6.0, "tilt_direction_deg": 90.0},
+        {"tilt_deg": 8.0, "tilt_direction_deg": -35.0},
         {"split_dioptres": 0.3, "split_softness": 0.1},
     ],
 )
