@@ -1,6 +1,5 @@
 """Test the errors of `heatlens bench --methods`, by rules that hold on every machine."""
 
-import json
 import sys
 from dataclasses import replace
 from itertools import pairwise
@@ -151,19 +150,6 @@ def test_measure_errors_skips_slow_method_from_then_on(frames, monkeypatch):
     assert all(cell is None for row in report.rows for cell in row.cells.values())
     assert sum("gather skipped" in sentence for sentence in messages) == 1
     assert sum(sentence.startswith("truth from 128 views") for sentence in messages) == 2
-
-
-@pytest.mark.usefixtures("ctx")
-def test_bench_methods_json_holds_errors(capsys, monkeypatch):
-    monkeypatch.setattr(methods, "METHOD_COC_PX", (5.0,))
-    words = ("bench", "--size", "64x48", "--runs", "1", "--views", "4", "--methods")
-    truth = ("--truth-size", "64x36", "--truth-views", "80")
-    assert main([*words, *truth, "--json"]) == 0
-    captured = capsys.readouterr()
-    errors = json.loads(captured.out)["method_errors"]
-    assert (errors["width"], errors["height"], errors["truth_views"]) == (64, 36, 80)
-    assert set(errors["rows"][0]["cells"]["gather"]) == {"ms", "flip", "psnr_db", "ssim"}
-    assert "this takes about" in captured.err  # a log gets no line for each part
 
 
 @pytest.mark.parametrize(

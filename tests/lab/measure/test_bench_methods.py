@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from PIL import Image as PillowImage
 
 from heatlens.core.model.focus.coc import coc_line, coc_px
 from heatlens.core.model.lens.disc_shape import DiscShape
@@ -49,22 +50,25 @@ REPORT = MethodReport(
 pytestmark = pytest.mark.usefixtures("ctx")
 
 
-@pytest.fixture
-def few_cocs(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("ctx")
+def test_bench_methods_has_times_errors_and_plot_of_every_method(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr(methods, "METHOD_COC_PX", (2.0, 9.0))
-
-
-@pytest.mark.usefixtures("ctx", "few_cocs")
-def test_bench_methods_json_has_every_method_at_every_coc(capsys):
-    assert main([*QUICK, "--methods", "--truth-views", "0", "--json"]) == 0
-    full_report = json.loads(capsys.readouterr().out)
-    assert full_report["method_errors"] is None
-    report = full_report["methods"]
+    truth = ("--truth-size", "48x32", "--truth-views", "80", "--views", "4")
+    words = (*QUICK, "--methods", *truth, "--json", "--plot", str(tmp_path / "methods.png"))
+    assert main(list(words)) == 0
+    printed, log = capsys.readouterr()
+    assert "this takes about" in log  # a log gets no line for each part
+    full_report = json.loads(printed)
+    report, errors = full_report["methods"], full_report["method_errors"]
     assert (report["width"], report["height"]) == SIZE
     assert [row["coc_px"] for row in report["rows"]] == [2.0, 9.0]
     for row in report["rows"]:
-        assert list(row["ms"]) == NAMES
+        assert list(row["ms"]) == list(compared_methods(DefocusSettings(views=4)))
         assert all(math.isfinite(ms) and ms > 0 for ms in row["ms"].values())
+    assert (errors["width"], errors["height"], errors["truth_views"]) == (48, 32, 80)
+    assert set(errors["rows"][0]["cells"]["gather"]) == {"ms", "flip", "psnr_db", "ssim"}
+    with PillowImage.open(tmp_path / "methods.png") as image:
+        assert image.format == "PNG"
 
 
 @pytest.mark.usefixtures("ctx")

@@ -9,7 +9,7 @@ from PIL import Image as PillowImage
 
 from heatlens.core.base.errors import InputError
 from heatlens.fronts.commands.main import main
-from heatlens.lab.measure.bench import methods, plot_panels
+from heatlens.lab.measure.bench import plot_panels
 from heatlens.lab.measure.bench.method_errors import ErrorCell, ErrorReport, ErrorRow
 from heatlens.lab.measure.bench.methods import MethodReport, MethodRow
 from heatlens.lab.measure.bench.plot_panels import time_panel, trade_panel, trade_row, write_plot
@@ -144,20 +144,6 @@ def test_interrupted_write_plot_keeps_old_file(tmp_path, monkeypatch):
 def test_write_plot_rejects_missing_folder(tmp_path):
     with pytest.raises(InputError, match="folder"):
         write_plot(tmp_path / "none" / "a.png", TIMES, None, "made")
-
-
-@pytest.mark.usefixtures("ctx")
-def test_bench_plot_option_writes_png(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr(methods, "METHOD_COC_PX", (9.0,))
-    path = tmp_path / "methods.png"
-    words = ("bench", "--size", "64x48", "--runs", "1", "--views", "4", "--methods")
-    truth = ("--truth-size", "48x27", "--truth-views", "70")
-    assert main([*words, *truth, "--plot", str(path)]) == 0
-    captured = capsys.readouterr()
-    assert f"heatlens: drawn to {path}" in captured.err
-    assert "methods at 64x48" in captured.out and "errors at 48x27" in captured.out
-    with PillowImage.open(path) as image:
-        assert image.format == "PNG"
 
 
 @pytest.mark.parametrize(
