@@ -138,7 +138,8 @@ def test_signal_closes_idle_window_and_saves_preferences(tmp_path: Path, number,
     """SIGHUP is sent if the terminal is closed from which the window was started."""
     screen = Screen()
     try:
-        window = Window(screen, tmp_path, "--demo" if code == 130 else STILL)
+        words = ("--demo",) if code == 130 else (STILL, "--quality", "draft", "--proxy", "0.5")
+        window = Window(screen, tmp_path, *words)
         time.sleep(2.0)
         window.process.send_signal(number)
         outputs = window.process.communicate(timeout=60)
