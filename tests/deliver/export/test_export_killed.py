@@ -10,7 +10,8 @@ import pytest
 from fuzz.kills import KINDS, Exports
 
 
-@pytest.mark.parametrize("kind", KINDS)
+# A jpg is written as a png is, an mp4 as a mov: the loop of hours above takes them too.
+@pytest.mark.parametrize("kind", sorted(set(KINDS) - {"jpg", "mp4"}))
 def test_killed_and_resumed_export_gives_same_bytes(kind, tmp_path):
     exports = Exports(tmp_path)
     exports.prepare(kind)
