@@ -6,7 +6,6 @@ import pytest
 from heatlens.render.defocus.layer_cuts import Cut, LayerCut
 from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.line_solver import (
-    CyclicSolver,
     LineSolver,
     PartitionSolver,
     SweepSolver,
@@ -19,7 +18,7 @@ FAR = LayerCut(near=Cut(10.0, 2.0), far=Cut(80.0, 2.0))
 SHAPE = (48, 128)
 
 
-@pytest.fixture(params=[SweepSolver, PartitionSolver, CyclicSolver])
+@pytest.fixture(params=[SweepSolver, PartitionSolver])
 def solver(ctx: Device, request: pytest.FixtureRequest) -> LineSolver:
     return request.param(ctx)
 

@@ -24,8 +24,8 @@ def test_solve_bytes_equals_count_by_hand():
     heat = LineSystem("lib/blur_system.lib.glsl", 1)
     disc = LineSystem("lib/blur_system.lib.glsl", 4, is_complex=True)
     heat_rows, disc_rows = (
-        AxisReads(conductance=4, source=16, finish=0, solution=16),
-        AxisReads(conductance=4, source=16, finish=0, solution=64),
+        AxisReads(conductance=4, source=16, solution=16),
+        AxisReads(conductance=4, source=16, solution=64),
     )
     # Read coc and colour twice; once in four pixels write s (rgba32f) and t, and read both.
     assert SweepSolver.BLOCK == 4
@@ -36,8 +36,6 @@ def test_solve_bytes_equals_count_by_hand():
     )
     assert solve_bytes(SolverName.PARTITION, heat, heat_rows) == 4 + 16 + 16
     assert solve_bytes(SolverName.PARTITION, disc, disc_rows) == 4 + 16 + 4 * 16
-    # Load 20 + 28, reduce 3 x 28, substitute 28 + 32, store 16 + 16.
-    assert solve_bytes(SolverName.CYCLIC, heat, heat_rows) == 48 + 84 + 60 + 32
 
 
 def test_pass_traffic_equals_count_by_hand():

@@ -42,11 +42,8 @@ Build = tuple[str, dict[str, object]]
 
 _AXES: tuple[Axis, ...] = ("rows", "columns")
 _SIZES_PX = ((1920, 1080), (3840, 2160))  # in larger ones an invocation solves more pixels
-_SWEEP, _PARTITION, _CYCLIC = (
-    f"defocus/solve_{n}.comp.glsl" for n in ("sweep", "partition", "cyclic")
-)
-_STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
-_STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
+_SWEEP, _PARTITION = (f"defocus/solve_{n}.comp.glsl" for n in ("sweep", "partition"))
+_STRATEGIES = (_SWEEP, _PARTITION)
 
 
 @dataclass
@@ -178,8 +175,7 @@ def _strategy_builds(system: LineSystem) -> list[Build]:
     sweep: Build = (_SWEEP, {"LINES_PER_GROUP": lines, "BLOCK": SweepSolver.BLOCK, "STRIPS": 1})
     all_defines = (PartitionSolver.run_defines(system, *size) for size in _SIZES_PX)
     partition: list[Build] = [(_PARTITION, dict(defines)) for defines in all_defines]
-    cyclic: list[Build] = [(_CYCLIC, {"STAGE": stage}) for stage in _STAGES]
-    return [sweep, *partition, *cyclic]
+    return [sweep, *partition]
 
 
 def shader_names() -> set[str]:

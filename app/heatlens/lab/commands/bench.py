@@ -88,9 +88,8 @@ def _add_measure_options(parser: argparse.ArgumentParser) -> None:
         "--solver",
         choices=("auto", *map(str, SOLVERS)),
         default="auto",
-        help="how the lines are solved: sweep suits CPUs, partition suits GPUs, cyclic is the "
-        "method of the 2006 memo, for comparison; auto (default) is what `render` uses on "
-        "this machine",
+        help="how the lines are solved: sweep suits CPUs, partition suits GPUs; auto "
+        "(default) is what `render` uses on this machine",
     )
     group.add_argument(
         "--runs",

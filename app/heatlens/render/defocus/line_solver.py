@@ -1,10 +1,9 @@
-"""Solve tridiagonal systems along every row or column of a picture: three solvers, one interface.
+"""Solve tridiagonal systems along every row or column of a picture: two solvers, one interface.
 
 The system of a line is a network of heat: a chain of pixels with conductances between them. A
 `LineSystem` names the shader library with the network, which the solver's shader includes.
     SweepSolver      one invocation per line; least arithmetic, for software rasterizers
     PartitionSolver  a run of pixels per invocation, run ends in shared memory; for GPUs
-    CyclicSolver     cyclic reduction, one pass per level; that of the 2006 memo, for comparison
 """
 
 from abc import ABC, abstractmethod
@@ -18,7 +17,7 @@ from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, groups_for
 from heatlens.render.gpu.resources import Buffer, Image, StorageBuffer
-from heatlens.render.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_TEXELS, TILE
+from heatlens.render.gpu.shader_constants import STRIP_COLUMNS, STRIP_TEXELS, TILE
 from heatlens.render.gpu.textures import enlarge, new_buffer
 
 SCRATCH_BYTES_MAX = 4 << 20  # a few lines per core; more would exceed the processor's caches
@@ -31,7 +30,6 @@ class SolverName(StrEnum):
 
     SWEEP = "sweep"
     PARTITION = "partition"
-    CYCLIC = "cyclic"
 
 
 @dataclass(frozen=True)
@@ -258,36 +256,6 @@ class PartitionSolver(LineSolver):
         )
 
 
-class CyclicSolver(LineSolver):
-    """Cyclic reduction over memory: log2(length) passes that eliminate, and as many back."""
-
-    name = SolverName.CYCLIC
-
-    def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
-        """Return the memory of all unknowns of a line, by storage block."""
-        unknowns = length * system.poles  # each has a value and three coefficients
-        return {
-            "cyclic_value_block": system.value_bytes * unknowns,
-            "cyclic_link_block": 3 * system.scalar_bytes * unknowns,
-        }
-
-    def _solve_band(self, band: Band) -> None:
-        """Solve the lines by cyclic reduction, one dispatch for each stage."""
-        # Pixels at these distances are eliminated in turn, then computed in the opposite order.
-        distances = [1 << level for level in range(max(0, (band.length - 1).bit_length()))]
-        stages = [("LOAD", 0), *(("REDUCE", distance) for distance in distances), ("SUBSTITUTE", 0)]
-        stages += [*(("SUBSTITUTE", distance) for distance in reversed(distances)), ("STORE", 0)]
-        buffers = self._buffers(band)
-        for stage, distance in stages:
-            self._program(band, STAGE=stage).dispatch(
-                (groups_for(band.length, CYCLIC_GROUP), band.count),
-                textures=band.bindings.textures,
-                images=band.bindings.images,
-                buffers=buffers,
-                uniforms={**band.bindings.uniforms, "reach": distance},
-            )
-
-
 def _solver_class(name: SolverName) -> type[LineSolver]:
     """Return the class of the solver with this name."""
     match name:
@@ -295,8 +263,6 @@ def _solver_class(name: SolverName) -> type[LineSolver]:
             return SweepSolver
         case SolverName.PARTITION:
             return PartitionSolver
-        case SolverName.CYCLIC:
-            return CyclicSolver
         case _:
             assert_never(name)
 

@@ -65,35 +65,24 @@ class AxisReads:
 
     conductance  read for the conductances of a pixel
     source       read for the right-hand side
-    finish       read again when the solution is stored, unless it is still in registers
     solution     written
     """
 
     conductance: int
     source: int
-    finish: int
     solution: int
 
 
 def solve_bytes(solver: SolverName, system: LineSystem, reads: AxisReads) -> float:
     """Return the bytes per pixel that a solver moves to solve `system` along one axis."""
-    poles, value, link = system.poles, system.value_bytes, 3 * system.scalar_bytes
     inputs = reads.conductance + reads.source
     match solver:
         case SolverName.PARTITION:  # everything in between stays on the chip
             return inputs + reads.solution
         case SolverName.SWEEP:  # the state of each block, written and read back; pixels twice
-            blocks = poles * (value + system.scalar_bytes) / SweepSolver.BLOCK
+            state = system.poles * (system.value_bytes + system.scalar_bytes)
+            blocks = state / SweepSolver.BLOCK
             return 2 * inputs + 2 * blocks + reads.solution
-        case SolverName.CYCLIC:
-            # Over a long line: LOAD writes a pixel and its links. For each pixel that is
-            # eliminated, REDUCE reads it and one that stays, which it writes, and SUBSTITUTE reads
-            # it and one solution beside it, and writes its own. STORE reads the solutions.
-            end = reads.finish + reads.solution
-            load = inputs + poles * (value + link)
-            reduce = 3 * poles * (value + link)
-            substitute = poles * (value + link + 2 * value)
-            return load + reduce + substitute + poles * value + end
         case _:
             assert_never(solver)
 
@@ -102,9 +91,8 @@ def blur_bytes(solver: SolverName, kernel: Kernel) -> float:
     """Return the bytes per pixel of a blur: rows and columns for each step."""
     system = LineSystem("lib/blur_system.lib.glsl", len(kernel.poles), kernel.is_complex)
     poles = _POLE_LAYER * pole_layers(kernel)
-    rows = AxisReads(conductance=_COC, source=_COLOR, finish=0, solution=poles)
-    # At the end the coc is read again, because pixels in focus keep their values.
-    columns = AxisReads(conductance=_COC, source=poles, finish=_COC, solution=_COLOR)
+    rows = AxisReads(conductance=_COC, source=_COLOR, solution=poles)
+    columns = AxisReads(conductance=_COC, source=poles, solution=_COLOR)
     step = solve_bytes(solver, system, rows) + solve_bytes(solver, system, columns)
     return kernel.steps * step
 
@@ -174,8 +162,8 @@ def coc_fill_bytes(work: Work, runs: int) -> Traffic:
     system = LineSystem("lib/fill_system.lib.glsl")
     # At the end the state is read again, for the share of content. For rows it is all that is
     # read; columns also read the solution of the rows.
-    rows = AxisReads(conductance=_STATE, source=0, finish=_STATE, solution=_STATE)
-    columns = AxisReads(conductance=_STATE, source=_STATE, finish=_STATE, solution=_COC)
+    rows = AxisReads(conductance=_STATE, source=0, solution=_STATE)
+    columns = AxisReads(conductance=_STATE, source=_STATE, solution=_COC)
     moved = sum(solve_bytes(work.solver, system, reads) for reads in (rows, columns))
     return Traffic(runs * moved, runs * (_STATE + _COC), at_most=True)
 

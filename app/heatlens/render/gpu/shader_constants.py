@@ -22,7 +22,6 @@ ROW_GROUP = 8  # one row or line for each invocation; the vector width of a soft
 WORD_GROUP = 64  # one word of the visibility masks for each invocation
 SOLVER_SLOTS = 512  # runs of pixels; 56 bytes each must fit the 32 KiB of shared memory of GL 4.3
 SEGMENT_GROUP = 256  # one line of tiles for each invocation
-CYCLIC_GROUP = 64  # one pixel of a line for each invocation, in cyclic reduction
 
 TILE = 16  # side in pixels of the tiles that masks switch on and off
 TILE_LIST_HEAD = 7  # words before the tiles of a list, see lib/tile_list.lib.glsl
