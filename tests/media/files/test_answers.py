@@ -30,7 +30,7 @@ READERS = {
     "heatlens.media.plate.picture.picture_open:open_picture",
     "heatlens.media.plate.picture.picture_open:picture_info",
     "heatlens.media.scene.gltf.read:_bounded_scene",
-    "heatlens.media.scene.scene_read:named_by_usd",
+    "heatlens.media.scene.usd.files:named_by_usd",
     "heatlens.media.scene.usd.read:usd_scene",
 }
 # What moves in a scene is a value that can be called, which no annotation tells.

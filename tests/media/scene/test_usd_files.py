@@ -6,7 +6,8 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdUtils
 
 from heatlens.core.base.errors import InputError
-from heatlens.media.scene.scene_read import files_of_scene, named_by_usd
+from heatlens.media.scene.scene_read import files_of_scene
+from heatlens.media.scene.usd.files import named_by_usd
 from support.exports import export_shot, refused_export_message
 from support.gltf_files import encoded
 

@@ -154,6 +154,8 @@ class Scene:
     clips     names of the animations that the file has
     notes     sentences for the user
     up_axis, meters_per_unit  chosen or guessed for a file that lacks them, see `placing`
+    named_files  the other files of the scene, whether they exist or not; None if its reader does
+              not know them
 
     Raises InputError if it has no instances.
     """
@@ -175,6 +177,7 @@ class Scene:
     light_motion: LightMotion | None = None
     up_axis: WorldAxis = WorldAxis.Y
     meters_per_unit: float = 1.0
+    named_files: tuple[Path, ...] | None = None
     _latest_shapes: list[tuple[float, Mapping[int, Mesh]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:

@@ -9,45 +9,17 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.base.extras import OnUse
 from heatlens.core.base.paths import unreadable_error
 from heatlens.core.model.shot.framing import SceneTiming
-from heatlens.media.files.quiet import quiet_library
-from heatlens.media.files.usd_library import read_usd_in_process, report_usd_failures, usd_module
+from heatlens.media.scene.kept_scene import kept_files, read_or_kept
 
 if TYPE_CHECKING:  # the readers make it
     from heatlens.media.scene.scene import Scene
-
-
-def files_of_usd(path: Path) -> tuple[Path, ...]:
-    """Return files of sublayers, references, payloads and pictures as OpenUSD follows them.
-
-    The files need not exist. Files packed in a .usdz count as the package. This runs in a process
-    of its own, which takes half a second. Raises InputError if the file cannot be read.
-    """
-    if not path.is_file():
-        raise unreadable_error(path)
-    return read_usd_in_process(named_by_usd, str(path), path)
-
-
-def named_by_usd(text: str) -> tuple[Path, ...]:
-    """Return what `files_of_usd` does, in this process."""
-    usd_file = Path(text).resolve()
-    with quiet_library(), report_usd_failures(text):
-        layers, pictures, missing = usd_module("UsdUtils").ComputeAllDependencies(str(usd_file))
-    names = (*(layer.realPath for layer in layers), *pictures, *missing)
-    paths = (Path(_outer_file(name)) for name in names)
-    return tuple(dict.fromkeys(path for path in paths if path.is_absolute() and path != usd_file))
-
-
-def _outer_file(name: object) -> str:
-    """Return the file itself, or the package that contains it."""
-    resolver = usd_module("Ar")
-    is_packed = resolver.IsPackageRelativePath(name)
-    return str(resolver.SplitPackageRelativePathOuter(name)[0] if is_packed else name)
 
 
 _GLTF = OnUse("media.scene.gltf.read", "read_gltf")
 _MESH = OnUse("media.scene.mesh_read", "read_mesh")
 _USD = OnUse("media.scene.usd.read", "read_usd")
 _GLTF_FILES = OnUse("media.scene.gltf.file", "named_files")
+_USD_FILES = OnUse("media.scene.usd.files", "files_of_usd")
 _READERS = {
     **dict.fromkeys((".glb", ".gltf"), _GLTF),
     **dict.fromkeys((".obj", ".ply", ".stl"), _MESH),
@@ -56,7 +28,7 @@ _READERS = {
 _FILE_FINDERS: dict[str, Callable[[Path], tuple[Path, ...]]] = {
     **dict.fromkeys((".glb", ".gltf"), _GLTF_FILES),
     ".obj": OnUse("media.scene.obj_files", "files_of_obj"),
-    **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz"), files_of_usd),
+    **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz"), _USD_FILES),
 }
 
 SCENE_SUFFIXES = tuple(_READERS)
@@ -73,8 +45,13 @@ def files_of_scene(path: Path) -> tuple[Path, ...]:
     PLY and STL files name no others. Raises InputError if a file that may name others cannot be
     read.
     """
+    return kept_files(path) or (path, *_named_files(path))
+
+
+def _named_files(path: Path) -> tuple[Path, ...]:
+    """Return the files that a scene's file names."""
     find_files = _FILE_FINDERS.get(path.suffix.lower())
-    return (path,) if find_files is None else (path, *find_files(path))
+    return () if find_files is None else find_files(path)
 
 
 def check_scene_files_exist(text: str) -> None:
@@ -124,7 +101,7 @@ def is_demo(text: str) -> bool:
 
 
 def open_scene(text: str, timing: SceneTiming | None = None) -> "Scene":
-    """Return the scene, with its seconds converted to frames; the demo is read only if needed.
+    """Return the scene, with its seconds converted to frames; it is read only if needed.
 
     Raises InputError that names the file if it cannot be read, or if a timing is given for a file
     that defines its frames itself.
@@ -138,4 +115,9 @@ def open_scene(text: str, timing: SceneTiming | None = None) -> "Scene":
         from heatlens.media.scene.demo import demo_scene
 
         return demo_scene()
-    return read_scene(Path(text), timing)
+    return read_or_kept(Path(text), timing, read_scene, _files_named_by)
+
+
+def _files_named_by(scene: "Scene") -> tuple[Path, ...]:
+    """Return the files that the file of a scene names."""
+    return _named_files(scene.path) if scene.named_files is None else scene.named_files

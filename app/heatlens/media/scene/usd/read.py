@@ -1,6 +1,6 @@
 """Meshes, materials and cameras of a USD stage as a scene. A time code is a frame."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, repeat
 from pathlib import Path
 from typing import NamedTuple
@@ -13,6 +13,7 @@ from heatlens.media.files.quiet import quiet_library
 from heatlens.media.files.usd_library import UsdObject, read_usd_in_process, report_usd_failures
 from heatlens.media.scene.scene import Array, Instance, Scene, check_instances
 from heatlens.media.scene.usd.cameras import find_animated_lens, is_camera, read_cameras
+from heatlens.media.scene.usd.files import named_by_usd
 from heatlens.media.scene.usd.geometry import (
     UsdGeometry,
     find_animated_attributes,
@@ -75,7 +76,8 @@ def usd_scene(text: str) -> Scene:
     """Read a scene; raise InputError where it is damaged or has nothing visible."""
     path = Path(text)
     with quiet_library(), report_usd_failures(path):
-        return _build_scene(open_stage(path))
+        scene = _build_scene(open_stage(path))
+    return replace(scene, named_files=named_by_usd(text))
 
 
 class _Instance(NamedTuple):
