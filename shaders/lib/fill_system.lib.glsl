@@ -3,7 +3,7 @@
 //
 //   content   share of a pixel that belongs to the layer, 0..1; the diameter of the coc is known there
 //   known     what enters the network outside the content: a diameter times its weight, and the weight
-//   diffused  what enters it inside the content: the diameter
+//   diffused  what enters it inside the content alone: the diameter times the content
 //
 // Outside the content: a pixel has specific heat only where the diameter is known, and conduction only where it is
 // not. The network diffuses the diameter times its weight, and the weight; dividing the two gives the diameter.
@@ -93,7 +93,7 @@ vec2 rows_at(ivec2 at) {
 Input input_at(ivec2 at) {
     vec2 state = texelFetch(state_tx, at, 0).rg, rows = rows_at(at);
     vec2 known = mix(ROW_TRUST * rows, vec2(state.r, 1.0), state.g);
-    return Input(state, known, mix(ROW_TRUST * rows.r, rows.r / max(rows.g, 1e-8), state.g));
+    return Input(state, known, state.g * rows.r / max(rows.g, 1e-8));
 }
 
 // The diameter, moved towards that of a nearer surface by its diffused value.
@@ -109,13 +109,13 @@ struct Source {
     vec4 x;
 };
 
-// The right-hand side of a pixel: x known diameter times weight, y its weight, z the diffused diameter. To x it adds
+// The right-hand side of a pixel: x known diameter times weight, y its weight, z diffused, w its weight. To x it adds
 // back what flows to neighbors inside the content, because the extension must not diffuse there.
 Source source_of(Input before, Input here, Input after, float b_in, float b_out) {
     float returned_flow = 0.0;
     if (b_in > 0.0) returned_flow += rim_conductance(before, here) * (here.state.r - before.state.r);
     if (b_out > 0.0) returned_flow += rim_conductance(here, after) * (here.state.r - after.state.r);
-    return Source(vec4(here.known.r + returned_flow, here.known.g, here.diffused, 0.0));
+    return Source(vec4(here.known.r + returned_flow, here.known.g, here.diffused, here.state.g));
 }
 
 Value source(Source s, int pole) { return value(s.x); }
@@ -138,7 +138,7 @@ void store(ivec2 at, Input here, Output o) {
 #else
 layout(r32f) uniform writeonly image2D out_coc_img;
 void store(ivec2 at, Input here, Output o) {
-    vec2 state = here.state, extended_diffused = o.y.rb / max(o.y.g, 1e-8);  // diameters outside and inside the content
-    imageStore(out_coc_img, at, vec4(mix(extended_diffused.x, move_to_nearer(state.r, extended_diffused.y), state.g)));
+    vec2 state = here.state, outside_inside = o.y.rb / max(o.y.ga, 1e-8);  // diameters
+    imageStore(out_coc_img, at, vec4(mix(outside_inside.x, move_to_nearer(state.r, outside_inside.y), state.g)));
 }
 #endif

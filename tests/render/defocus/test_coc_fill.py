@@ -77,3 +77,15 @@ def test_coc_fill_extends_edge_coc_beyond_content(ctx: Device, solver: LineSolve
     known = two_halves(1, 0)
     row = fill_coc(ctx, solver, ramp, known, NEAR)[24]
     np.testing.assert_allclose(row[64:96], ramp[24, 63], rtol=0.01)
+
+
+def test_coc_fill_leaves_a_rim_beside_nothing_as_it_is(ctx: Device, solver: LineSolver) -> None:
+    """Extend a small thing with less blur past the upper rim of a wide one.
+
+    What was extended counted as a nearer surface: the rim had 0.6 of its blur.
+    """
+    rows, columns = np.indices(SHAPE)
+    is_small, is_wide = (columns < 8) & (rows < 16), rows >= 20
+    diameter = np.where(is_small, 2.0, 8.0)
+    out = fill_coc(ctx, solver, diameter, is_small | is_wide, FAR)
+    np.testing.assert_allclose(out[20:, 64:], 8.0, rtol=0.02)
