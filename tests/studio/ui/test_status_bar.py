@@ -3,7 +3,6 @@
 import webbrowser
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -58,19 +57,32 @@ def test_messages_know_problems_from_reports():
         assert messages.is_problem is is_problem
 
 
-def test_problem_message_has_a_color_of_its_own(gui, monkeypatch):
-    colors: dict[str, tuple[float, float, float]] = {}
-    text_colored = imgui.text_colored
-
-    def record_color(color, text):
-        colors[text] = (color.x, color.y, color.z)
-        text_colored(color, text)
-
-    monkeypatch.setattr(imgui, "text_colored", record_color)
-    for sentence in ("Saved.", Problem("Not saved.")):
+def test_problem_stands_over_the_picture_until_it_is_hidden(gui):
+    for sentence in (Problem("Not saved."), "Saved."):
         gui.session.messages.notify(sentence)
-        gui.frame()
-    assert np.abs(np.subtract(colors["Saved."], colors["Not saved."])).max() > 0.2
+        gui.drawn.clear()
+        gui.frame(2)
+        _, top, _, bottom = gui.rect("message")
+        is_over_picture = bottom < gui.rect("focus bar")[1]
+        assert top > gui.size[1] / 3 and is_over_picture is isinstance(sentence, Problem)
+    gui.session.messages.notify(Problem("Not saved."))
+    gui.frame(2)
+    gui.click(gui.middle("hide problem"))
+    assert not gui.session.messages.text
+
+
+def test_problem_is_told_once(gui, tmp_path):
+    """A notice with its sentence takes its place, and leaves none of it when answered."""
+    broken = tmp_path / "broken.exr"
+    broken.write_bytes(b"no exr")
+    gui.session.files.commands.open(str(broken))
+    gui.until(lambda: gui.session.messages.is_problem and gui.session.messages.text, "the refusal")
+    gui.drawn.clear()
+    gui.frame(3)
+    assert "notice OK" in gui.drawn and "message" not in gui.drawn
+    gui.click(gui.middle("notice OK"))
+    gui.frame(2)
+    assert "message" not in gui.drawn and not gui.session.messages.text
 
 
 @given(text=st.text(max_size=60), width=st.integers(0, 80))

@@ -149,7 +149,7 @@ def restore_layout(ui: UiState, layout: str, em: float = 0.0) -> None:
         imgui.load_ini_settings_from_memory(scaled_layout(layout, factor))
         ui.wants_layout = False
     elif layout:
-        ui.notify(_OTHER_PANELS)
+        ui.messages.notify(_OTHER_PANELS)
 
 
 def lists_all_panels(layout: str, panels: Iterable[str]) -> bool:

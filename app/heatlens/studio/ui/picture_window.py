@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.model.focus.coc import sharp_px
 from heatlens.core.model.view.overlays import legend_entries
 from heatlens.core.model.view.view import Compare
-from heatlens.core.model.view.view_geometry import geometry
+from heatlens.core.model.view.view_geometry import Viewport, geometry
 from heatlens.render.display.picture_pass import PlacedPicture
 from heatlens.render.display.screen_pictures import ScreenPictures, layer_limits_px
 from heatlens.render.gpu.framebuffer import Framebuffer
@@ -29,7 +29,15 @@ from heatlens.studio.ui.picture.held_alone import HeldAlone
 from heatlens.studio.ui.picture.legend import draw_legend, legend_facts
 from heatlens.studio.ui.picture.lit_matte import MatteDrawer
 from heatlens.studio.ui.picture.loupe import Loupe, draw_flag_loupe
-from heatlens.studio.ui.picture.notices import draw_lessons, draw_notice, draw_reason, has_no_frame
+from heatlens.studio.ui.picture.notices import (
+    draw_lessons,
+    draw_notice,
+    draw_problem,
+    draw_progress,
+    draw_reason,
+    has_no_frame,
+    has_problem,
+)
 from heatlens.studio.ui.picture.pixel_values import draw_ruler
 from heatlens.studio.ui.picture.seen_pictures import SeenPictures
 from heatlens.studio.ui.picture.viewport import ViewportPanel, ViewportResult
@@ -37,7 +45,6 @@ from heatlens.studio.ui.start.start_screen import StartScreen
 from heatlens.studio.ui.state import UiState
 
 _KEYS_WITH_CTRL = (imgui.Key.y, imgui.Key.left_shift, imgui.Key.right_shift)
-_LINE_EM = 0.15  # height of the progress line under the picture
 _Window = imgui.WindowFlags_
 
 
@@ -83,17 +90,15 @@ class PictureWindow:
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
         self._begin_window()
         imgui.pop_style_var()
-        is_held_off = self.alt.update(self.hovered_px is not None)
-        self._control.view.is_lens_held_off = is_held_off
+        self._control.view.is_lens_held_off = self.alt.update(self.hovered_px is not None)
+        free_size, corner = imgui.get_content_region_avail(), imgui.get_cursor_screen_pos()
+        bar_height = focus_bar_height(free_size.y) if self._has_focus_bar else 0.0
         if self._ui.files.start_choices.is_shown:
             self._collect(answer is not None)
             self.hovered_px = None
             self._draw_start_screen(has_keyboard)
             rects.note("picture")
         else:
-            free_size = imgui.get_content_region_avail()
-            bar_height = focus_bar_height(free_size.y) if self._has_focus_bar else 0.0
-            corner = imgui.get_cursor_screen_pos()
             pointed_mark = None
             if bar_height:
                 bar_corner = ImVec2(corner.x, corner.y + free_size.y - bar_height)
@@ -104,11 +109,19 @@ class PictureWindow:
                 rects.note("picture")
                 if self.pictures is not None and not self._ui.is_bare:
                     draw_notice(self._ui, self._control.view.viewport, has_keyboard)
-            if pointed_mark is not None:
-                self._draw_mark_loupe(pointed_mark)
+            self._draw_mark_loupe(pointed_mark)
             if bar_height:
-                self._draw_progress_line()
+                draw_progress(self._board.facts, self.viewport.picture_view.viewport)
+        if not (self._ui.is_bare or self._hides_words):
+            area = Viewport((corner.x, corner.y), (free_size.x, free_size.y - bar_height))
+            draw_problem(self._ui, area)
         imgui.end()
+
+    @property
+    def _hides_words(self) -> bool:
+        """True while the focus is dragged, when words leave the picture."""
+        is_dragging = imgui.is_mouse_dragging(imgui.MouseButton_.left)
+        return is_dragging and (self._is_bar_dragged or self.viewport.is_focusing)
 
     def _collect(self, is_visible: bool) -> None:
         """Collect the pictures to show; an invisible frame may keep the previous ones."""
@@ -125,16 +138,6 @@ class PictureWindow:
         """Draw the pictures of this frame; call this before ImGui draws over them."""
         self.viewport.paint(target, size_px)
         self.fade.keep_preview(target, size_px)
-
-    def _draw_progress_line(self) -> None:
-        """Draw the line under the picture that fills while the whole picture is rendered."""
-        share, viewport = self._board.facts.part_done, self.viewport.picture_view.viewport
-        if share:
-            (x, y), (width, height) = viewport.corner, viewport.size
-            corner = ImVec2(x, y + height)
-            end = ImVec2(x + share * width, corner.y + _LINE_EM * imgui.get_font_size())
-            imgui.get_window_draw_list().add_rect_filled(corner, end, theme.colors.text_dim)
-            rects.note_at("part of the picture", (corner.x, corner.y, end.x, end.y))
 
     def _draw_focus_bar(self, corner: ImVec2, size: ImVec2) -> str | None:
         """Draw the focus bar, change the lens as it was dragged; return the mark pointed at."""
@@ -178,24 +181,24 @@ class PictureWindow:
 
         While the focus is dragged, marks, legend and lessons are hidden.
         """
-        is_dragging = imgui.is_mouse_dragging(imgui.MouseButton_.left)
-        hides_words = is_dragging and (self._is_bar_dragged or self.viewport.is_focusing)
-        view, picture_view = self._board.facts.view, self.viewport.picture_view
+        hides_words, facts = self._hides_words, self._board.facts
+        view, picture_view = facts.view, self.viewport.picture_view
         for cell in self.viewport.cells:
             cell_geometry = geometry(view, cell, pictures.shape)
             cell_view = replace(picture_view, viewport=cell, geometry=cell_geometry)
-            draw_guides(view.guides, pictures.shape, cell_view, self._board.facts.crop)
+            draw_guides(view.guides, pictures.shape, cell_view, facts.crop)
         if not pictures.tiles:
-            draw_ruler(self._control, self._board.facts, self.hovered_px)
+            draw_ruler(self._control, facts, self.hovered_px)
         if not (pictures.tiles or hides_words):
-            self._matte_drawer.draw(self._light.matte, self._board.facts, picture_view)
-            draw_point_marks(self._board.facts, self._control.view)
+            self._matte_drawer.draw(self._light.matte, facts, picture_view)
+            draw_point_marks(facts, self._control.view)
             self._draw_legend()
             self._draw_loupe(pictures)
-        if self._board.facts.beats_left:
-            draw_beat(self._board.facts.beats_left, picture_view.viewport)
+        if facts.beats_left:
+            draw_beat(facts.beats_left, picture_view.viewport)
         if not (self._ui.is_bare or pictures.tiles):
-            draw_lessons(self._lessons, self._control.view.viewport, hides_words)
+            is_hidden = hides_words or has_problem(self._ui)
+            draw_lessons(self._lessons, self._control.view.viewport, is_hidden)
 
     def _draw_loupe(self, pictures: Pictures) -> None:
         """Draw the loupe if it is on or Ctrl is held, unless a button is down or A is compared."""
@@ -214,10 +217,10 @@ class PictureWindow:
         if enlarged is not None:
             self._place_enlarged(enlarged)
 
-    def _draw_mark_loupe(self, mark: str) -> None:
+    def _draw_mark_loupe(self, mark: str | None) -> None:
         """Draw the loupe of a mark whose flag is under the pointer, unless A is compared."""
         facts, picture_view, pictures = self._board.facts, self._control.view, self.pictures
-        mark_point = mark_in_window(facts, picture_view, mark)
+        mark_point = None if mark is None else mark_in_window(facts, picture_view, mark)
         if mark_point is None or pictures is None or pictures.tiles:
             return
         if facts.is_live_alone:

@@ -59,9 +59,8 @@ class Screen:
         self.turn = LoopTurn(session)
         self._board = board = Board(session, self._make_still)
         files, time, control = session.files, session.time, session.pictures
-        notify = session.messages.notify
         self.sharing = WindowSharing(session, board, sharing)
-        self.ui = UiState(time, files, session.preferences, notify, wake, self.sharing)
+        self.ui = UiState(time, files, session.preferences, session.messages, wake, self.sharing)
         self.commands = board.with_commands_of(window_commands(self.ui))
         self.typed_keys: Sequence[
             imgui.Key
@@ -167,6 +166,7 @@ class Screen:
         elif session.pictures.commands.leave_mode():
             pass
         elif notice is not None and self.picture.pictures is not None and not self.ui.is_bare:
+            self.ui.messages.clear()
             session.files.notices.answer(notice)
         else:
             self.ui.leave_bare()

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from imgui_bundle import imgui
 
+from heatlens.core.base.messages import Messages
 from heatlens.core.model.view.ui_sizes import next_scale, scaled_layout, with_scale
 from heatlens.studio.board.controls import FileControl, TimeControl
 from heatlens.studio.board.key_drag import KeyDrag, KeyStretch
@@ -120,14 +121,14 @@ class UiState:
         time: TimeControl,
         files: FileControl,
         preferences: Preferences,
-        notify: Callable[[str], None],
+        messages: Messages,
         wake: Callable[[], None],
         sharing: WindowSharing,
     ) -> None:
         """Create the state; threads call `wake` to have the window drawn again."""
         self.files = files
         self.sharing = sharing
-        self.notify = notify
+        self.messages = messages
         self._timeline, self.tracking = time.timeline, time.marks.anchors.tracking
         self._preferences = preferences
         hidden_panels = preferences.values.hidden_panels
@@ -146,8 +147,8 @@ class UiState:
         self.asks_to_quit = False  # show the question whether to stop the running export
         self.shows_export_end = True  # the result of the latest export, until it is dismissed
         self.palette = Palette()
-        self.dialogs = FileDialogs(files, notify, wake)
-        gesture_args = time.editing, time.keys, notify
+        self.dialogs = FileDialogs(files, messages.notify, wake)
+        gesture_args = time.editing, time.keys, messages.notify
         self._is_preview_told = False  # the quick picture of now is explained
         self.timeline = TimelineView(KeyDrag(*gesture_args), KeyStretch(*gesture_args))
 

@@ -64,7 +64,7 @@ class StatusBar:
     # the bar stays in it.
     def _draw_left(self, hovered_px: tuple[int, int] | None, end: float) -> None:
         """Draw the readout or a hint, and the message beside it; `end` is the right limit."""
-        message = named_keys(self._board.facts.message)
+        message = named_keys(self._message)
         left_words = named_keys(self._left_words(hovered_px))
         em = imgui.get_font_size()
         free_width = end - imgui.get_cursor_pos_x() - em
@@ -87,12 +87,18 @@ class StatusBar:
             return f"Reading {printable(facts.opening)} ..."
         if facts.is_waiting and facts.stream is not None:
             return f"Listening on {facts.stream.address} ..."
-        return "" if hovered_px is None and facts.message else self.words(hovered_px)
+        return "" if hovered_px is None and self._message else self.words(hovered_px)
+
+    @property
+    def _message(self) -> str:
+        """The latest message; "" for a problem, which is told over the picture."""
+        facts = self._board.facts
+        return "" if facts.is_problem else facts.message
 
     def _draw_message(self, message: str, width: float) -> None:
         """Draw the message, cut to `width`; a tooltip shows all of it."""
-        fitted_text, is_problem = fit_text(message, width), self._board.facts.is_problem
-        imgui.text_colored(theme.colors.bad if is_problem else theme.colors.message, fitted_text)
+        fitted_text = fit_text(message, width)
+        imgui.text_colored(theme.colors.message, fitted_text)
         rects.note("message")
         if fitted_text != message and imgui.is_item_hovered():
             imgui.set_tooltip(message)

@@ -171,6 +171,6 @@ def _show_speed(ui: UiState) -> None:
 def _show_export(ui: UiState) -> None:
     """Bring the Export panel to the front."""
     if ui.files.exports.why_not:
-        ui.notify(ui.files.exports.why_not)
+        ui.messages.notify(ui.files.exports.why_not)
     ui.panels["Export"] = True
     imgui.set_window_focus("Export")

@@ -1,5 +1,7 @@
 """Draw the questions about files: what lacks something, what is unsaved, what cannot be read."""
 
+from collections.abc import Sequence
+
 from heatlens.core.base.messages import window_words
 from heatlens.core.model.depth_words import DepthSide
 from heatlens.deliver.farm.export_process import ExportRun
@@ -18,11 +20,21 @@ def draw_questions(ui: UiState, run: ExportRun) -> None:
     _ask_for_unsaved_shot(ui.files)
     _ask_about_unreadable_file(ui)
     _ask_for_depth(ui)
-    _ask_for_network(ui.files)
+    _ask_for_network(ui)
     _ask_where_to_save(ui)
     _ask_for_existing_files(ui.files)
     _ask_for_version(ui)
     _ask_before_quitting(ui, run)
+
+
+def _ask_about_failure(
+    ui: UiState, key: str, title: str, words: str, answers: Sequence[str], escape: str = ""
+) -> str:
+    """Ask as `ask` does; an answer also hides the sentence that tells the same."""
+    answer = ask(key, title, words, answers, escape)
+    if answer:
+        ui.messages.clear()
+    return answer
 
 
 def _ask_for_scale(scale: UiScale) -> None:
@@ -65,7 +77,8 @@ def _ask_for_depth(ui: UiState) -> None:
     if not no_depth.name:
         return
     words = f"{no_depth.name} has no depth. Where is it?"
-    answer = ask("no depth", "No depth", words, [*_DEPTH_DIALOGS, *_HALVES, _WITHOUT, "Cancel"])
+    answers = [*_DEPTH_DIALOGS, *_HALVES, _WITHOUT, "Cancel"]
+    answer = _ask_about_failure(ui, "no depth", "No depth", words, answers)
     if answer in _HALVES:
         no_depth.use_side(_HALVES[answer])
     elif answer == _WITHOUT:
@@ -76,17 +89,18 @@ def _ask_for_depth(ui: UiState) -> None:
         ui.dialogs.ask(_DEPTH_DIALOGS[answer])
 
 
-def _ask_for_network(files: FileControl) -> None:
+def _ask_for_network(ui: UiState) -> None:
     """Ask whether a network that a shot names may run."""
-    question = files.commands.unknown_network
+    question = ui.files.commands.unknown_network
     if not question.name:
         return
     words = (
         f"{question.name} estimates its depth with the network {question.network}, which runs like "
         "a program. Run it only if you know whose it is."
     )
-    answer = ask("network", "Unknown network", words, ["Do not run it", "Run it"], "Do not run it")
-    if answer == "Run it":
+    answers = ["Do not run it", "Run it"]
+    answer = _ask_about_failure(ui, "network", "Unknown network", words, answers, answers[0])
+    if answer == answers[1]:
         question.run_network()
     elif answer:
         question.end()
@@ -110,7 +124,7 @@ def _ask_about_unreadable_file(ui: UiState) -> None:
     if asked.lacks_media:
         answers = [_OTHER_FOLDER, *answers]
     answers += ["Go on without" if asked.is_open else "Cancel"]
-    answer = ask("unreadable", "Cannot be read", words, answers)
+    answer = _ask_about_failure(ui, "unreadable", "Cannot be read", words, answers)
     if answer:
         unreadable.answer(opens_version=answer == _OPEN_VERSION)
     if answer in _UNREADABLE_DIALOGS:
@@ -123,7 +137,7 @@ def _ask_where_to_save(ui: UiState) -> None:
     if not documents.failed_save:
         return
     answers = ["Save elsewhere...", "Go on unsaved"]
-    answer = ask("failed save", "Not saved", documents.failed_save, answers)
+    answer = _ask_about_failure(ui, "failed save", "Not saved", documents.failed_save, answers)
     if answer:
         documents.failed_save = ""
     if answer == answers[0]:

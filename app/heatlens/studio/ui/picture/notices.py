@@ -1,10 +1,11 @@
-"""Draw texts over the picture: lessons about the gestures, and notices about what is open.
+"""Draw texts over the picture: lessons, what has just failed, and notices about what is open.
 
-The lessons are shown over the sample pictures of heatlens. The notices tell what is missing in a
-source, and offer answers.
+The lessons about the gestures are shown over the sample pictures of heatlens. The notices tell what
+is missing in a source, and offer answers.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from imgui_bundle import ImVec2, ImVec4, imgui
 
@@ -25,6 +26,7 @@ _WIDTH_EM, _MIN_WIDTH_EM = (
 )  # usual and smallest width of the card, which else is not drawn
 _MARGIN_EM = 0.8  # margin to the edges of the picture's window
 _MAX_SHARE = 1 / 3  # largest share of the height of the picture
+_LINE_EM = 0.15  # height of the progress line under the picture
 _HIDE = "Hide"
 
 
@@ -35,40 +37,90 @@ def draw_lessons(lessons: Lessons, viewport: Viewport, is_hidden: bool) -> None:
     """
     left = imgui.MouseButton_.left
     lessons.watch(imgui.is_mouse_dragging(left), imgui.is_mouse_down(left))
-    em, (x, y), (width, height) = imgui.get_font_size(), viewport.corner, viewport.size
-    card_width = min(_WIDTH_EM * em, width - 2 * _MARGIN_EM * em)
+    em, card_width = imgui.get_font_size(), _card_width(viewport)
     shown_lessons = (
-        _fitting_lessons(lessons.remaining, card_width, _MAX_SHARE * height)
+        _fitting_lessons(lessons.remaining, card_width, _MAX_SHARE * viewport.size[1])
         if card_width > _MIN_WIDTH_EM * em
         else ()
     )
-    if is_hidden or not shown_lessons or imgui.internal.get_top_most_popup_modal() is not None:
+    if is_hidden or not shown_lessons or _is_behind_dialog():
         return
-    corner = ImVec2(x + _MARGIN_EM * em, y + height - _MARGIN_EM * em)
-    imgui.set_next_window_pos(corner, 0, ImVec2(0.0, 1.0))
-    imgui.set_next_window_size(ImVec2(card_width, 0.0))
+    with _card("lessons", viewport):
+        for lesson in shown_lessons:
+            _draw_card_text(str(lesson), card_width)
+            rects.note(f"lesson {lesson.name}")
+            if lesson is shown_lessons[0] and _hide_button("dismiss lessons", card_width):
+                lessons.is_dismissed = True
+
+
+# In the status bar, far from the eye, a sentence in red was overlooked.
+def draw_problem(ui: UiState, viewport: Viewport) -> None:
+    """Draw what has just failed at the lower left of `viewport`, until it is hidden or old."""
+    if not has_problem(ui):
+        return
+    with theme.over_picture(), _card("problem", viewport):
+        with texts.colored(theme.OVER_PICTURE.bad):
+            _draw_card_text(texts.named_keys(ui.messages.text), _card_width(viewport))
+        rects.note("message")
+        if _hide_button("hide problem", _card_width(viewport)):
+            ui.messages.clear()
+
+
+def draw_progress(facts: Facts, viewport: Viewport) -> None:
+    """Draw the line under the picture that fills while the whole picture is rendered."""
+    share, (x, y), (width, height) = facts.part_done, viewport.corner, viewport.size
+    if share:
+        end = ImVec2(x + share * width, y + height + _LINE_EM * imgui.get_font_size())
+        draw = imgui.get_window_draw_list()
+        draw.add_rect_filled(ImVec2(x, y + height), end, theme.colors.text_dim)
+        rects.note_at("part of the picture", (x, y + height, end.x, end.y))
+
+
+def has_problem(ui: UiState) -> bool:
+    """Return True if a sentence tells what has failed, and neither dialog nor notice tells it."""
+    sentence, notice = ui.messages.text, ui.files.notices.first
+    if not (sentence and ui.messages.is_problem) or _is_behind_dialog():
+        return False
+    return notice is None or sentence not in notice.words
+
+
+def _is_behind_dialog() -> bool:
+    return imgui.internal.get_top_most_popup_modal() is not None
+
+
+def _card_width(viewport: Viewport) -> float:
+    em = imgui.get_font_size()
+    return min(_WIDTH_EM * em, viewport.size[0] - 2 * _MARGIN_EM * em)
+
+
+@contextmanager
+def _card(name: str, viewport: Viewport) -> Iterator[None]:
+    """Draw the texts of the block on a card at the lower left of the picture."""
+    margin, (x, y), height = _MARGIN_EM * imgui.get_font_size(), viewport.corner, viewport.size[1]
+    imgui.set_next_window_pos(ImVec2(x + margin, y + height - margin), 0, ImVec2(0.0, 1.0))
+    imgui.set_next_window_size(ImVec2(_card_width(viewport), 0.0))
     imgui.set_next_window_bg_alpha(theme.NOTICE_OPACITY)
     flags = imgui.WindowFlags_
     imgui.begin(
-        "lessons", None,
+        name, None,
         flags.no_decoration | flags.no_move | flags.no_docking | flags.no_saved_settings
         | flags.no_focus_on_appearing | flags.no_nav | flags.always_auto_resize,
     )  # fmt: skip
-    for lesson in shown_lessons:
-        imgui.push_text_wrap_pos(_text_end(card_width))
-        imgui.text(str(lesson))
-        imgui.pop_text_wrap_pos()
-        rects.note(f"lesson {lesson.name}")
-        if lesson is shown_lessons[0]:
-            _hide_button(lessons, card_width)
+    yield
     imgui.end()
 
 
-def _hide_button(lessons: Lessons, card_width: float) -> None:
-    """Draw the button that hides the lessons, at the right of the first one."""
+def _draw_card_text(text: str, card_width: float) -> None:
+    """Draw text, wrapped left of the button."""
+    imgui.push_text_wrap_pos(_text_end(card_width))
+    imgui.text(text)
+    imgui.pop_text_wrap_pos()
+
+
+def _hide_button(name: str, card_width: float) -> bool:
+    """Draw the button that hides the card, at the right of its first text."""
     imgui.same_line(card_width - imgui.get_style().window_padding.x - _hide_width())
-    if widgets.small_button(_HIDE, "dismiss lessons"):
-        lessons.is_dismissed = True
+    return widgets.small_button(_HIDE, name)
 
 
 def _fitting_lessons(
@@ -171,7 +223,8 @@ def draw_notice(ui: UiState, viewport: Viewport, has_keyboard: bool) -> None:
 
 
 def _follow(ui: UiState, notice: Notice, answer: Answer) -> None:
-    """Follow an answer, which may open a dialog or show a panel."""
+    """Follow an answer, which may open a dialog or show a panel; it hides the latest message."""
+    ui.messages.clear()
     ui.files.notices.answer(notice, answer)
     if answer.dialog:
         ui.dialogs.ask(answer.dialog)
