@@ -135,6 +135,14 @@ def test_vertex_array_draws_with_reloaded_program(ctx: Device, shaders: Path) ->
     target.release()
 
 
+def test_programs_that_were_used_are_built_again(ctx: Device, shaders: Path) -> None:
+    used, unused = ComputeProgram(ctx, LIMITS), ComputeProgram(ctx, LIMITS)
+    old = used.link()
+    shader_reload.rebuild_used()
+    assert used.link() is not old and run_limits(ctx, used) == 2.0 and not unused.files
+    used.release()
+
+
 def test_reload_watches_nothing_without_its_variable(
     ctx: Device, shaders: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

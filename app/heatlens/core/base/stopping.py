@@ -124,10 +124,11 @@ def die_with_parent(parent: int) -> None:
         os._exit(128 + signal.SIGKILL)
 
 
-def lower_priority() -> None:
-    """Let other programs go first; on Windows, whoever starts this process does that."""
+def lower_priority(process: int = 0) -> None:
+    """Let others go before a process, by default this one; on Windows, its start does that."""
     if sys.platform != "win32":
-        os.nice(_LOWER_BY)
+        priority = os.getpriority(os.PRIO_PROCESS, process)
+        os.setpriority(os.PRIO_PROCESS, process, priority + _LOWER_BY)
 
 
 def record_new_folder(path: str | os.PathLike[str]) -> None:

@@ -2,7 +2,7 @@
 
 With HEATLENS_RELOAD_SHADERS=1 in the environment, every program is registered here, and
 `ShaderReload.poll` rebuilds those whose files have changed. If a build fails, the old program stays
-in use. Without the variable, this costs nothing.
+in use. Without the variable, this costs nothing. `rebuild_used` builds all anew that were used.
 """
 
 import os
@@ -43,6 +43,12 @@ def watch(program: Rebuildable) -> None:
     """Rebuild `program` when its files change; only a weak reference to it is kept."""
     if is_on():
         _watched.add(program)
+
+
+def rebuild_used() -> None:
+    """Build all registered programs again that were built before."""
+    for program in [program for program in _watched if program.files]:
+        program.rebuild()
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ each picture it writes the digests of its new programs, in one line. It never ou
 process.
 """
 
+import os
 import pickle
 import sys
 from collections.abc import Iterator
@@ -16,6 +17,8 @@ from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.render.frame_renderer import FrameRenderer, headless_renderer, run_all_steps
+from heatlens.render.gpu import shader_reload
+from heatlens.render.gpu.context import is_software
 from heatlens.render.preview.level_choice import useful_levels
 from heatlens.render.source.source import Source
 
@@ -60,6 +63,10 @@ def _lenses(lens: Lens, level: DefocusSettings) -> Iterator[Lens]:
         yield replace(lens, focus_distance_m=lens.focus_distance_m * factor)
 
 
+# A software rasterizer compiles a program for each kind of texture that it reads. It changes the
+# program thereby, and keeps what it compiles next under the name of the changed one, where no other
+# process finds it. So each picture is rendered twice by programs that were not compiled yet: the
+# first kinds of the second time are on the disk, and the next are kept under their true names.
 def build_programs(request: BuildRequest) -> None:
     """Render every picture of a request; write a line after each."""
     renderer, frame, shot = headless_renderer(), request.frame, request.pictures[0]
@@ -71,9 +78,11 @@ def build_programs(request: BuildRequest) -> None:
     for number, picture in enumerate(request.pictures):
         if number == _URGENT_COUNT:
             lower_priority()  # once more
-        renderer.load_pinhole(picture, frame, views=1)
-        run_all_steps(renderer.steps(picture, frame, enlarges=picture.defocus.proxy < 1.0))
-        renderer.ctx.finish()
+        for _ in range(1 + is_software(renderer.ctx)):
+            shader_reload.rebuild_used()
+            renderer.load_pinhole(picture, frame, views=1)
+            run_all_steps(renderer.steps(picture, frame, enlarges=picture.defocus.proxy < 1.0))
+            renderer.ctx.finish()
         sys.stdout.write(" ".join(built - written) + "\n")
         sys.stdout.flush()
         written = set(built)
@@ -82,5 +91,5 @@ def build_programs(request: BuildRequest) -> None:
 
 if __name__ == "__main__":
     die_with_parent(int(sys.argv[1]))
-    lower_priority()
+    os.environ[shader_reload.VARIABLE] = "1"  # for `rebuild_used`
     build_programs(pickle.load(sys.stdin.buffer))

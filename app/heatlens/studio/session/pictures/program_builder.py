@@ -20,6 +20,7 @@ from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.messages import Worker
 from heatlens.core.base.own_command import module_command
 from heatlens.core.base.paths import read_file_bytes
+from heatlens.core.base.stopping import lower_priority
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.files.atomic_file import make_folder, write_atomically
@@ -32,7 +33,7 @@ from heatlens.studio.session.shared import Commands, Shared
 if sys.platform == "win32":
     _LOW_PRIORITY = subprocess.BELOW_NORMAL_PRIORITY_CLASS
 else:
-    _LOW_PRIORITY = 0  # the process lowers its own
+    _LOW_PRIORITY = 0  # lowered once it is started
 _FOLDER = "programs"
 _PATIENCE_S = 30.0  # for one picture; on a busy machine programs are then built here
 _MOST_PROCESSES = 20  # in one session; later programs are built here
@@ -121,6 +122,7 @@ class ProgramBuilder(Commands, Worker, ProcessBuilder):
             env={"LP_NUM_THREADS": "1"} | os.environ,
             creationflags=_LOW_PRIORITY,
         )
+        lower_priority(self._process.pid)  # at once: its start would slow that of the window
         request = pickle.dumps(BuildRequest(source, frame, self._pictures))
         Thread(target=self._follow, args=(self._process, request), daemon=True).start()
 
