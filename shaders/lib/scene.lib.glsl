@@ -13,7 +13,8 @@
 // number all vertices of the scene. If a mesh has colors at its vertices, they are in a buffer of their own, four half
 // floats each. With PLACEMENTS the second set of texture coordinates is in another such buffer, two floats each.
 //
-// With HOLES some materials have holes, or cover only a share of the background.
+// With HOLES some materials have holes, or cover only a share of the background. With MAPS some have maps; without, no
+// map is read.
 
 struct Instance {
     mat4 to_world;
@@ -107,7 +108,11 @@ vec2 map_uv(uint material, int map, Uv uv) {
 // A value of a map; 1 without a map. Bilinear without mipmaps, so that the ray tracer and the rasterizer read the same
 // value.
 vec4 map_texel(int layer, vec2 uv) {
+#ifdef MAPS
     return layer < 0 ? vec4(1.0) : textureLod(maps_tx, vec3(uv, float(layer)), 0.0);
+#else
+    return vec4(1.0);
+#endif
 }
 
 vec3 linear_of(vec3 srgb) {  // IEC 61966-2-1
@@ -117,7 +122,11 @@ vec3 linear_of(vec3 srgb) {  // IEC 61966-2-1
 
 // A scene-linear color of a map that is stored in sRGB; white without a map.
 vec3 map_color(int layer, vec2 uv) {
+#ifdef MAPS
     return layer < 0 ? vec3(1.0) : linear_of(map_texel(layer, uv).rgb);
+#else
+    return vec3(1.0);
+#endif
 }
 
 // True if a material has a hole at a point. `opacity` comes from the vertex colors. A partly transparent surface has a
@@ -141,7 +150,7 @@ vec3 unit_or(vec3 v, vec3 otherwise) {
 // The normal with the bumps of the normal map, which is read at `at`. `normal` is unit; `tangent` need be neither unit
 // nor perpendicular to it. Returns the normal unchanged if there is no map or the tangent is degenerate.
 vec3 with_bumps(Material m, vec3 normal, vec4 tangent, vec2 at) {
-#ifdef BUMPS
+#if defined(BUMPS) && defined(MAPS)
     if (m.maps.w < 0) return normal;
     vec3 along = unit_or(tangent.xyz, vec3(0.0));
     along -= normal * dot(normal, along);

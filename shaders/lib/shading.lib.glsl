@@ -40,7 +40,6 @@ struct Light {
 #define SLOPE_OFFSET 0.7       // share that is added in proportion to the slope; the two sum to 1
 #define LEAST_VIEW_COSINE 1e-3 // keeps the visibility term finite at grazing angles
 #define DIELECTRIC_F0 0.04     // reflectance of a refractive index of 1.5, the default of glTF
-#define SCHLICK_POWER 5.0      // Schlick 1994
 #define MOST_LOST 0.7          // bounds the fit of the lost energy, so that 1 / (1 - lost) stays small
 #define LEAST_ALBEDO 0.1       // bounds the energy compensation of the sky's reflection in the same way
 #define LEAST_LIGHT_DISTANCE_2 1e-4  // m^2: a light is no smaller than a centimetre
@@ -90,22 +89,33 @@ vec3 multiple_reflection_gain(vec3 facing, float roughness, float nv) {
     return 1.0 + facing * lost / (1.0 - lost);
 }
 
+// How a surface reflects light towards the eye, as far as all lights share it.
+struct Reflector {
+    vec3 scattered;  // scattered share of the light, for each unit of solid angle
+    vec3 facing;
+    vec3 gain;       // that of multiple reflections
+    float nv, aa;    // nv is at least LEAST_VIEW_COSINE; aa is the fourth power of the roughness
+    float masking;   // the part of the visibility term that depends only on the eye
+};
+
+Reflector reflector_of(Surface s, vec3 to_eye, vec3 facing, vec3 share) {
+    float nv = max(dot(s.normal, to_eye), LEAST_VIEW_COSINE);
+    float a = pow(max(s.roughness, LEAST_ROUGHNESS), 2.0), aa = a * a;
+    vec3 scattered = (1.0 - share) * (1.0 - s.metallic) * s.base_color / PI;
+    vec3 gain = multiple_reflection_gain(facing, s.roughness, nv);
+    return Reflector(scattered, facing, gain, nv, aa, sqrt(nv * nv * (1.0 - aa) + aa));
+}
+
 // Share of light from a direction that a surface reflects to the eye, times the cosine: Lambert for the scattered
 // light, and GGX with the height-correlated visibility of Heitz 2014 for the mirrored light.
-vec3 reflect_light(Surface s, vec3 to_eye, vec3 to_light, vec3 share) {
-    float nl = dot(s.normal, to_light);
-    if (nl <= 0.0) return vec3(0.0);
-    float nv = max(dot(s.normal, to_eye), LEAST_VIEW_COSINE);
-    vec3 half_way = unit_or(to_eye + to_light, s.normal);
-    float nh = clamp(dot(s.normal, half_way), 0.0, 1.0), vh = clamp(dot(to_eye, half_way), 0.0, 1.0);
-    float a = pow(max(s.roughness, LEAST_ROUGHNESS), 2.0), aa = a * a;
-    float spread = nh * nh * (aa - 1.0) + 1.0;
-    float visible = 0.5 / (nl * sqrt(nv * nv * (1.0 - aa) + aa) + nv * sqrt(nl * nl * (1.0 - aa) + aa));
-    vec3 facing = mix(vec3(DIELECTRIC_F0), s.base_color, s.metallic);
-    vec3 fresnel = facing + (1.0 - facing) * pow(1.0 - vh, SCHLICK_POWER);
-    vec3 diffuse = (1.0 - share) * (1.0 - s.metallic) * s.base_color / PI;
-    vec3 mirrored = fresnel * multiple_reflection_gain(facing, s.roughness, nv);
-    return nl * (diffuse + mirrored * (aa / (PI * spread * spread) * visible));
+vec3 reflect_light(Reflector r, vec3 normal, vec3 to_eye, vec3 to_light) {
+    float nl = max(dot(normal, to_light), 0.0);
+    vec3 half_way = unit_or(to_eye + to_light, normal);
+    float nh = clamp(dot(normal, half_way), 0.0, 1.0), dark = 1.0 - clamp(dot(to_eye, half_way), 0.0, 1.0);
+    float spread = nh * nh * (r.aa - 1.0) + 1.0, dark_2 = dark * dark;
+    vec3 fresnel = r.facing + (1.0 - r.facing) * (dark_2 * dark_2 * dark);  // Schlick 1994
+    float visible = nl * r.masking + r.nv * sqrt(nl * nl * (1.0 - r.aa) + r.aa);
+    return nl * (r.scattered + fresnel * r.gain * (r.aa / (2.0 * PI * spread * spread * visible)));
 }
 
 // Share of light from all around that is mirrored: the fit of Karis 2014 to the integral of GGX, with the energy
@@ -127,7 +137,7 @@ vec3 from_sky(Surface s, vec3 to_eye, vec3 share) {
 }
 
 // Light of a lamp that a surface reflects towards the eye.
-vec3 from_light(Light light, Surface s, vec3 to_eye, vec3 share) {
+vec3 from_light(Light light, Surface s, vec3 to_eye, Reflector reflector) {
     vec3 to_lamp = light.position_inner.xyz - s.position_m;
     float square = max(dot(to_lamp, to_lamp), LEAST_LIGHT_DISTANCE_2);
     vec3 to_light = unit_or(to_lamp, s.normal);
@@ -136,18 +146,20 @@ vec3 from_light(Light light, Surface s, vec3 to_eye, vec3 share) {
     inside = clamp(inside, 0.0, 1.0);
     float spot_share = light.axis.w > SMOOTH_SPOT_FROM ? inside * inside * (3.0 - 2.0 * inside) : pow(inside, 2.0);
     float cone = light.axis.w > 0.0 ? spot_share : 1.0;
-    return cone / square * light.intensity_outer.rgb * reflect_light(s, to_eye, to_light, share);
+    return cone / square * light.intensity_outer.rgb * reflect_light(reflector, s.normal, to_eye, to_light);
 }
 
 // Radiance towards the eye; `to_eye` is unit. It is never NaN, and never more than a half float holds.
 vec3 shade(Surface s, vec3 to_eye) {
     if (!s.is_lit) return clamp(s.base_color, 0.0, MOST_LIGHT);
     float nv = clamp(dot(s.normal, to_eye), 0.0, 1.0);
-    vec3 share = mirrored_share(mix(vec3(DIELECTRIC_F0), s.base_color, s.metallic), s.roughness, nv);
+    vec3 facing = mix(vec3(DIELECTRIC_F0), s.base_color, s.metallic);
+    vec3 share = mirrored_share(facing, s.roughness, nv);
+    Reflector reflector = reflector_of(s, to_eye, facing, share);
     vec3 light = s.emission + from_sky(s, to_eye, share);
     if (dot(s.normal, to_sun) > 0.0 && max(sun_light.r, max(sun_light.g, sun_light.b)) > 0.0)
-        light += sun_light * sun_share(s.position_m, s.side) * reflect_light(s, to_eye, to_sun, share);
+        light += sun_light * sun_share(s.position_m, s.side) * reflect_light(reflector, s.normal, to_eye, to_sun);
     for (int i = 0; i < 3 * light_count; i += 3)
-        light += from_light(Light(light_rows[i], light_rows[i + 1], light_rows[i + 2]), s, to_eye, share);
+        light += from_light(Light(light_rows[i], light_rows[i + 1], light_rows[i + 2]), s, to_eye, reflector);
     return clamp(mix(light, vec3(0.0), is_nan(light)), 0.0, MOST_LIGHT);
 }

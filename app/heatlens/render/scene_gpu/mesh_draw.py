@@ -10,9 +10,9 @@ import numpy as np
 from heatlens.media.scene.scene import Array
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.framebuffer import DepthTest, Primitive
-from heatlens.render.gpu.program import DrawProgram
+from heatlens.render.gpu.program import DrawProgram, VertexArray
 from heatlens.render.gpu.resources import Image
-from heatlens.render.scene_gpu.scene_buffers import Instances, SceneBuffers
+from heatlens.render.scene_gpu.scene_buffers import Instances, Kinds, SceneBuffers
 
 # Formats of moderngl, and the inputs of the vertex shader that they feed; "/i" is per instance.
 _VERTEX = ("3f 1f 3f 1f", "in_position", "in_u", "in_normal", "in_v")
@@ -29,33 +29,30 @@ _BORDER_PX = 2  # empty texels around the map, so that its edge casts no shadow
 
 
 class MeshDraw:
-    """Draws `instances` with scene_mesh.vert.glsl and `fragment`.frag.glsl."""
+    """Draws all instances with scene_mesh.vert.glsl and `fragment`.frag.glsl.
+
+    Each kind of instances has a program of its own, which reads only what they need.
+    """
 
     def __init__(
         self,
         ctx: Device,
         buffers: SceneBuffers,
         fragment: str,
+        kinds: Kinds,
         defines: Mapping[str, object] | None = None,
-        instances: Instances = Instances.ALL,
     ) -> None:
-        """Build the program; `defines` are added to those that the scene needs."""
-        all_defines = buffers.defines | dict(defines or {})
-        if instances is not Instances.HOLED:
-            all_defines.pop("HOLES", None)
-        self._program = DrawProgram(ctx, "scene_gpu/scene_mesh", fragment, all_defines)
-        self._buffers, self._instances = buffers, instances
-        extra_layouts = [] if buffers.colors is None else [(buffers.colors, *_COLOR)]
-        extra_layouts += [] if buffers.more_uvs is None else [(buffers.more_uvs, *_MORE_UV)]
-        vertex = _BUMPY_VERTEX if buffers.has_bumps else _VERTEX
-        self._array = self._program.vertex_array(
-            [
-                (buffers.vertices, *vertex),
-                (buffers.instances, _INSTANCE_FORMAT, *_INSTANCE),
-                *extra_layouts,
-            ],
-            buffers.triangles,
-        )
+        """Build the programs; `defines` are added to those that the scene needs.
+
+        `kinds` are BY_HOLES for a shader that draws depth, BY_MAPS for one that draws light.
+        """
+        self._buffers = buffers
+        self._draws: dict[Instances, tuple[DrawProgram, VertexArray]] = {}
+        for kind in kinds:
+            if buffers.commands[kind][1]:
+                all_defines = buffers.defines_of(kind) | dict(defines or {})
+                program = DrawProgram(ctx, "scene_gpu/scene_mesh", fragment, all_defines)
+                self._draws[kind] = program, _vertex_array(program, buffers)
 
     def __call__(
         self, uniforms: Mapping[str, object], textures: Mapping[str, Image] | None = None
@@ -65,45 +62,33 @@ class MeshDraw:
         `textures` are those besides the scene's own.
         """
         buffers = self._buffers
-        commands, count = buffers.commands[self._instances]
-        if count:
-            all_textures = buffers.textures | dict(textures or {})
-            self._program.bind(textures=all_textures, uniforms=uniforms, buffers=buffers.storage)
-            self._array.render_indirect(commands, Primitive.TRIANGLES, count)
+        all_textures = buffers.textures | dict(textures or {})
+        for kind, (program, array) in self._draws.items():
+            commands, count = buffers.commands[kind]
+            if count:
+                program.bind(textures=all_textures, uniforms=uniforms, buffers=buffers.storage)
+                array.render_indirect(commands, Primitive.TRIANGLES, count)
 
     def release(self) -> None:
-        """Release the program and its vertex array; the buffers belong to the scene."""
-        self._array.release()
-        self._program.release()
+        """Release the programs and their vertex arrays; the buffers belong to the scene."""
+        for program, array in self._draws.values():
+            array.release()
+            program.release()
 
 
-# A program that looks for holes takes twice as long for each pixel on a processor, even where a
-# surface has none.
-class DepthDraw:
-    """Draws the depth of all instances; only those with holes are searched for them."""
-
-    def __init__(
-        self,
-        ctx: Device,
-        buffers: SceneBuffers,
-        fragment: str,
-        defines: Mapping[str, object] | None = None,
-    ) -> None:
-        """Build the programs, one for each kind of instances in the scene; see `MeshDraw`."""
-        kinds = [kind for kind in (Instances.SOLID, Instances.HOLED) if buffers.commands[kind][1]]
-        self._draws = [MeshDraw(ctx, buffers, fragment, defines, kind) for kind in kinds]
-
-    def __call__(
-        self, uniforms: Mapping[str, object], textures: Mapping[str, Image] | None = None
-    ) -> None:
-        """Draw into the bound framebuffer; see `MeshDraw`."""
-        for draw in self._draws:
-            draw(uniforms, textures)
-
-    def release(self) -> None:
-        """Release the programs."""
-        for draw in self._draws:
-            draw.release()
+def _vertex_array(program: DrawProgram, buffers: SceneBuffers) -> VertexArray:
+    """Return the vertices of a scene as a program reads them."""
+    extra_layouts = [] if buffers.colors is None else [(buffers.colors, *_COLOR)]
+    extra_layouts += [] if buffers.more_uvs is None else [(buffers.more_uvs, *_MORE_UV)]
+    vertex = _BUMPY_VERTEX if buffers.has_bumps else _VERTEX
+    return program.vertex_array(
+        [
+            (buffers.vertices, *vertex),
+            (buffers.instances, _INSTANCE_FORMAT, *_INSTANCE),
+            *extra_layouts,
+        ],
+        buffers.triangles,
+    )
 
 
 class ShadowPass:
@@ -122,7 +107,7 @@ class ShadowPass:
         self.from_world = np.eye(4)
         self.texel_m = 0.0
 
-    def draw(self, cover: DepthDraw, corners_m: Array, to_sun: Array) -> None:
+    def draw(self, cover: MeshDraw, corners_m: Array, to_sun: Array) -> None:
         """Draw a scene whose boxes have `corners_m` (N, 3), lit from the unit vector `to_sun`.
 
         `cover` draws the scene's depth alone.

@@ -24,9 +24,10 @@ from heatlens.render.gpu.shader_constants import PEEL_DRAWS
 from heatlens.render.gpu.textures import TexturePool
 from heatlens.render.scene_gpu.bands import Rows, view_of_samples
 from heatlens.render.scene_gpu.depth_survey import DepthSurvey
-from heatlens.render.scene_gpu.mesh_draw import DepthDraw, MeshDraw
+from heatlens.render.scene_gpu.mesh_draw import MeshDraw
 from heatlens.render.scene_gpu.overscan import Overscan
 from heatlens.render.scene_gpu.raster import SceneRaster, SkyDraw
+from heatlens.render.scene_gpu.scene_buffers import BY_HOLES, BY_MAPS
 from heatlens.render.scene_gpu.view_uniforms import eye_uniforms
 
 _PEEL = {"PEEL": 1}
@@ -37,8 +38,8 @@ class SurfaceRaster:
 
     def __init__(self, ctx: Device, raster: SceneRaster) -> None:
         self._raster = raster
-        self._cover = DepthDraw(ctx, raster.buffers, "scene_gpu/scene_cover", _PEEL)
-        self._surface = MeshDraw(ctx, raster.buffers, "scene_gpu/scene_surface", _PEEL)
+        self._cover = MeshDraw(ctx, raster.buffers, "scene_gpu/scene_cover", BY_HOLES, _PEEL)
+        self._surface = MeshDraw(ctx, raster.buffers, "scene_gpu/scene_surface", BY_MAPS, _PEEL)
         self._sky = SkyDraw(ctx, _PEEL)
 
     def draw_front(self, view: SceneView, out: Texture, done: Texture, band: Box) -> None:

@@ -21,8 +21,8 @@ from heatlens.render.gpu.program import DrawProgram
 from heatlens.render.gpu.resources import Buffer, Texture
 from heatlens.render.gpu.textures import FloatArray
 from heatlens.render.scene_gpu.bands import Bands
-from heatlens.render.scene_gpu.mesh_draw import DepthDraw, MeshDraw, ShadowPass
-from heatlens.render.scene_gpu.scene_buffers import SceneBuffers
+from heatlens.render.scene_gpu.mesh_draw import MeshDraw, ShadowPass
+from heatlens.render.scene_gpu.scene_buffers import BY_HOLES, BY_MAPS, SceneBuffers
 from heatlens.render.scene_gpu.scene_records import light_uniforms
 from heatlens.render.scene_gpu.sky_light import diffuse_polynomial
 from heatlens.render.scene_gpu.view_uniforms import (
@@ -74,10 +74,10 @@ class SceneRaster:
         self._buffers = SceneBuffers(self._ctx, scene)
         self.bands = Bands(self._ctx, self._buffers.triangles_drawn)
         self.cover, self._depth = (
-            DepthDraw(self._ctx, self._buffers, f"scene_gpu/scene_{name}")
+            MeshDraw(self._ctx, self._buffers, f"scene_gpu/scene_{name}", BY_HOLES)
             for name in ("cover", "depth")
         )
-        self._surface = MeshDraw(self._ctx, self._buffers, "scene_gpu/scene_surface")
+        self._surface = MeshDraw(self._ctx, self._buffers, "scene_gpu/scene_surface", BY_MAPS)
         self._daylight, self._lights = scene.daylight, light_uniforms(scene.lights)
         self._sky_light = diffuse_polynomial(scene.daylight)
 
@@ -199,7 +199,7 @@ class SceneRaster:
         self,
         target: Framebuffer,
         view: SceneView,
-        cover: DepthDraw,
+        cover: MeshDraw,
         surface: MeshDraw,
         sky: "SkyDraw",
         peeled_uniforms: Mapping[str, object] | None = None,

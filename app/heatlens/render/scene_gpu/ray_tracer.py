@@ -29,7 +29,7 @@ from heatlens.render.scene_gpu.scene_buffers import SceneBuffers
 from heatlens.render.scene_gpu.scene_records import INSTANCE
 
 _SHADER = "scene_gpu/ray_trace.comp.glsl"
-_DEFINES = ("HOLES", "COLORS", "BUMPS", "PLACEMENTS")  # variants of the shader
+_DEFINES = ("HOLES", "MAPS", "COLORS", "BUMPS", "PLACEMENTS")  # variants of the shader
 _RAYS_PER_STEP = 2**17  # some tenths of a second on a processor, so that the window responds
 _INSTANCE_TREE_BYTES = 8  # `InstanceTree` of lib/bvh.lib.glsl
 

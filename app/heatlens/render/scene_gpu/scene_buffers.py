@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from heatlens.media.scene.material import Material
 from heatlens.media.scene.scene import Array, Mesh, Scene
 from heatlens.media.scene.scene_bounds import transform_corners
 from heatlens.render.gpu.device import Device
@@ -30,12 +31,26 @@ from heatlens.render.scene_gpu.scene_records import (
 )
 
 
+# A program that looks for holes takes twice as long for each pixel on a processor, even where a
+# surface has none, and one that reads maps half as long again. It takes both branches of an `if`.
 class Instances(Enum):
-    """Which instances of a scene a draw shows: all, or those without or with holes."""
+    """Kinds of a scene's instances: without or with holes, without or with maps on them."""
 
-    ALL = auto()
     SOLID = auto()
     HOLED = auto()
+    PLAIN = auto()
+    MAPPED = auto()
+
+
+Kinds = tuple[Instances, Instances]  # two kinds that are all instances together
+BY_HOLES: Kinds = (Instances.SOLID, Instances.HOLED)
+BY_MAPS: Kinds = (Instances.PLAIN, Instances.MAPPED)
+_NEEDLESS = {  # features whose defines the programs of a kind leave out
+    Instances.SOLID: {"HOLES", "MAPS"},
+    Instances.HOLED: set[str](),
+    Instances.PLAIN: {"HOLES", "MAPS"},
+    Instances.MAPPED: {"HOLES"},
+}
 
 
 class SceneBuffers:
@@ -82,10 +97,15 @@ class SceneBuffers:
     @property
     def defines(self) -> dict[str, int]:
         """The defines of the scene's shaders: only the features that this scene needs."""
-        has_holes = self._members[Instances.HOLED].any()
-        names = {"HOLES": has_holes, "COLORS": self.colors is not None}
-        names |= {"BUMPS": self.has_bumps, "PLACEMENTS": self.placements is not None}
+        has = {kind: bool(members.any()) for kind, members in self._members.items()}
+        names = {"HOLES": has[Instances.HOLED], "MAPS": has[Instances.MAPPED]}
+        names |= {"COLORS": self.colors is not None, "BUMPS": self.has_bumps}
+        names |= {"PLACEMENTS": self.placements is not None}
         return {name: 1 for name, is_needed in names.items() if is_needed}
+
+    def defines_of(self, kind: Instances) -> dict[str, int]:
+        """Return those of `defines` that the instances of a kind need."""
+        return {name: 1 for name in self.defines if name not in _NEEDLESS[kind]}
 
     @property
     def triangles_drawn(self) -> int:
@@ -212,11 +232,20 @@ def members_of(
     """Return (N,) which instances are of each kind; `meshes` (N,) is the mesh of each."""
     materials = [scene.materials[mesh.material] for mesh in scene.meshes]
     is_holed = np.array([m.alpha_cutoff > 0 or m.is_blended for m in materials], bool)[meshes]
+    is_mapped = np.array([has_maps(material) for material in materials], bool)[meshes]
     return {
-        Instances.ALL: np.ones(len(meshes), bool),
         Instances.SOLID: ~is_holed,
         Instances.HOLED: is_holed,
+        Instances.PLAIN: ~is_mapped,
+        Instances.MAPPED: is_mapped,
     }
+
+
+def has_maps(material: Material) -> bool:
+    """Return whether a material reads any of the scene's images."""
+    color_maps = material.base_color_map, material.emission_map
+    other_maps = material.metallic_roughness_map, material.normal_map, material.occlusion_map
+    return any(number is not None for number in (*color_maps, *other_maps))
 
 
 def has_colors(scene: Scene) -> bool:
