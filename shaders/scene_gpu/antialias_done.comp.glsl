@@ -11,6 +11,8 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 uniform sampler2D spread_tx;
 uniform float spread_max;  // largest standard deviation to accept, as a share of the luminance
 uniform int reach;         // how many pixels to look at on each side of a pixel
+uniform int margin_px;     // pixels on every side that only a wide disc brings into the frame
+uniform float spread_max_far;  // standard deviation that is accepted there, whatever the light
 layout(r16f) uniform writeonly image2D out_done_img;
 
 #define STEP 2.0  // difference between neighboring pixels that is an edge, in largest accepted deviations
@@ -24,9 +26,11 @@ vec2 spread_at(ivec2 at) {
 // shows in the samples of neither.
 bool is_noisy(ivec2 at) {
     vec2 own = spread_at(at);
+    ivec2 inside = min(at, textureSize(spread_tx, 0) - 1 - at);
+    float least = min(inside.x, inside.y) < margin_px ? spread_max_far : 0.0;
     float right = spread_at(at + ivec2(1, 0)).r, below = spread_at(at + ivec2(0, 1)).r;
-    float limit = STEP * spread_max * min(own.r, min(right, below));
-    return own.g > spread_max * own.r || max(abs(right - own.r), abs(below - own.r)) > limit;
+    float limit = STEP * max(spread_max * min(own.r, min(right, below)), least);
+    return own.g > max(spread_max * own.r, least) || max(abs(right - own.r), abs(below - own.r)) > limit;
 }
 
 void main() {

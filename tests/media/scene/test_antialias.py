@@ -2,9 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 import pytest
+from scipy.ndimage import uniform_filter
 
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.framing import Framing
@@ -17,6 +19,7 @@ from heatlens.render.gpu.textures import download, new_texture
 from heatlens.render.scene_gpu import bands
 from heatlens.render.scene_gpu.antialias import Antialias
 from heatlens.render.scene_gpu.raster import SceneRaster
+from heatlens.render.scene_gpu.unsettled import UnsettledPixels
 from support.scenes import NIGHT, lamp, placement, plane, scene_of, still_life
 
 SIZE = 240, 136
@@ -46,12 +49,17 @@ class Lab:
                 found += download(self.out)[..., :3]
         return found / across**2
 
+    @cached_property
+    def many_samples(self) -> np.ndarray:
+        """The mean (H, W, 3) of 64 samples."""
+        return self.meant(8)
+
     def antialiased(
-        self, across: int, antialias: Antialias | None = None
+        self, across: int, antialias: Antialias | None = None, margin_px: int = 0
     ) -> tuple[np.ndarray, ...]:
         """Return the antialiased picture (H, W, 3), and which pixels were changed (H, W)."""
         antialias = antialias or Antialias(self.ctx, self.raster)
-        for _ in antialias.steps(self.view, across, 1, "key"):
+        for _ in antialias.steps(self.view, across, 1, margin_px, "key"):
             pass
         picture = antialias.picture(SIZE)
         return download(picture.mean)[..., :3], download(picture.done) > 0
@@ -76,7 +84,7 @@ def test_antialiased_image_is_mean_of_its_samples(ctx, lab, across):
 
 def test_antialias_done_pixels_need_no_more_samples(ctx, lab):
     few_samples, is_done = lab.antialiased(4)
-    many_samples = lab.meant(8)
+    many_samples = lab.many_samples
     assert 0.4 < is_done.mean() < 0.95
     finished = np.where(is_done[..., None], few_samples, many_samples).astype(np.float32)
     assert score(finished, many_samples.astype(np.float32)).flip <= 0.001
@@ -84,6 +92,38 @@ def test_antialias_done_pixels_need_no_more_samples(ctx, lab):
         few_samples.max(axis=-1) + 0.01
     )
     assert differs.mean() > 0.001 and not (differs & is_done).any()
+
+
+def test_antialias_margin_needs_more_samples_only_where_a_wide_disc_shows_them(ctx, lab):
+    margin, rim = 50, 8
+    (picture, is_done), (same, is_done_far) = (
+        lab.antialiased(2, margin_px=px) for px in (0, margin)
+    )
+    np.testing.assert_array_equal(picture, same)
+    frame = np.zeros_like(is_done)
+    frame[margin - rim + 1 : rim - 1 - margin, margin - rim + 1 : rim - 1 - margin] = True
+    np.testing.assert_array_equal(is_done[frame], is_done_far[frame])
+    assert (is_done <= is_done_far).all() and (is_done_far & ~is_done).sum() > 500
+    assert not is_done_far[~frame].all()  # the lamps
+    error = np.where(
+        is_done_far & ~is_done & ~frame, (picture - lab.many_samples).mean(axis=-1), 0.0
+    )
+    assert np.abs(uniform_filter(error, 2 * rim - 1)).max() < 0.004
+
+
+def test_runs_of_unsettled_pixels_hold_them_all(ctx):
+    done = np.random.default_rng(5).random((40, 700)) > 0.002
+    texture = new_texture(ctx, (700, 40), 1, "f2")
+    texture.write(done.astype(np.float16).tobytes())
+    pixels = UnsettledPixels(texture, is_read=True)
+    for rows in ((0, 10), (10, 40), (30, 50)):
+        is_drawn = np.zeros(700, bool)
+        for x0, x1 in pixels.runs(rows):
+            assert not is_drawn[x0:x1].any()
+            is_drawn[x0:x1] = True
+        assert is_drawn[~done[slice(*rows)].all(axis=0)].all() and not is_drawn.all()
+    assert UnsettledPixels(texture, is_read=False).runs((0, 10)) == [(0, 700)]
+    texture.release()
 
 
 def test_antialias_edge_between_two_pixels_is_not_done(ctx):
@@ -101,7 +141,7 @@ def test_antialias_edge_between_two_pixels_is_not_done(ctx):
         far_m=10.0,
     )
     antialias = Antialias(ctx, raster)
-    for _ in antialias.steps(view, 4, 1, "key"):
+    for _ in antialias.steps(view, 4, 1, 0, "key"):
         pass
     mean, done = (
         download(it)
@@ -126,13 +166,13 @@ def test_antialias_in_bands_gives_same_image(ctx, lab, monkeypatch):
 
 def test_antialias_does_not_draw_same_key_again(ctx, lab):
     antialias = Antialias(ctx, lab.raster)
-    assert list(antialias.steps(lab.view, 2, 1, "key")) != []
-    assert list(antialias.steps(lab.view, 2, 1, "key")) == []
-    assert list(antialias.steps(lab.view, 2, 1, "other")) != []
-    abandoned = antialias.steps(lab.view, 3, 1, "other")
+    assert list(antialias.steps(lab.view, 2, 1, 0, "key")) != []
+    assert list(antialias.steps(lab.view, 2, 1, 0, "key")) == []
+    assert list(antialias.steps(lab.view, 2, 1, 0, "other")) != []
+    abandoned = antialias.steps(lab.view, 3, 1, 0, "other")
     next(abandoned)
     abandoned.close()
-    assert list(antialias.steps(lab.view, 2, 1, "other")) != []
+    assert list(antialias.steps(lab.view, 2, 1, 0, "other")) != []
     antialias.release()
 
 

@@ -41,7 +41,7 @@ def render_both(session_context):
     crop = CropPass(ctx)
 
     def raster_steps(out):
-        yield from antialias.steps(VIEW, 8, 1, object())
+        yield from antialias.steps(VIEW, 8, 1, 0, object())
         crop.run(antialias.picture(VIEW.size).mean, (0, 0), out)
 
     def ray_steps(out):

@@ -258,7 +258,7 @@ def test_band_leaves_out_what_it_cannot_show_and_nothing_else(ctx, rows=8):
     whole = draw_scene(raster, scene_of((sphere(0.6, splits=1),), places), view)
     color, counts = new_texture(ctx, SIZE, 4), []
     for band in (Box(0, y, SIZE[0], y + rows) for y in range(0, SIZE[1], rows)):
-        counts.append(int(view.may_show(raster._corners_m, (band.y0, band.y1)).sum()))
+        counts.append(int(view.may_show(raster._corners_m, band).sum()))
         raster.draw(view, color, band)
         drawn = download(color)[band.y0 : band.y1]
         np.testing.assert_array_equal(drawn, whole[band.y0 : band.y1])

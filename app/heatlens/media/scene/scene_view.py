@@ -19,6 +19,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
+from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.coc import axial_dioptres, lens_diameter_m
 from heatlens.core.model.focus.focus_offset import LEVEL, FocusOffset, focus_offset_of
 from heatlens.core.model.lens.lens import Lens
@@ -28,7 +29,6 @@ from heatlens.media.scene.scene import Array
 from heatlens.media.scene.scene_bounds import corners_of
 
 _NEAR_TO_FAR_LEAST = 1e-4  # nearest near plane as a part of the far plane, for 24 bits of depth
-_WIDER = 1.01  # factor on the view before a box is left out: rounding must hide nothing
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,17 +96,18 @@ class SceneView:
         u, scale = np.array(self.offset_m), np.array([x, y])
         return np.asarray(np.outer(scale * u, tilt / scale) / (1.0 - tilt @ u))
 
-    def may_show(self, corners_m: Array, rows: tuple[int, int]) -> npt.NDArray[np.bool_]:
-        """Return (N,) whether boxes with `corners_m` (N, 8, 3) may be seen in some rows.
+    def may_show(self, corners_m: Array, pixels: Box) -> npt.NDArray[np.bool_]:
+        """Return (N,) whether boxes with `corners_m` (N, 8, 3) may be seen in some pixels.
 
-        `rows` are the first and the one after the last. False is certain: all corners of a box lie
-        on the outer side of one plane that bounds the view of these rows.
+        False is certain: all corners of a box lie on the outer side of one plane that bounds the
+        view of these pixels.
         """
         clip = corners_m @ self.clip_from_world[:, :3].T + self.clip_from_world[:, 3]
         x, y, z, w = np.moveaxis(clip, -1, 0)
-        # one row more on either side, for what is rounded
-        above, below = (2 * row / self.size[1] - 1 for row in (rows[0] - 1, rows[1] + 1))
-        outside = (y < above * w, y > below * w, x < -_WIDER * w, x > _WIDER * w, z < -w)
+        # one pixel more on every side, for what is rounded
+        left, right = (2 * edge / self.size[0] - 1 for edge in (pixels.x0 - 1, pixels.x1 + 1))
+        above, below = (2 * edge / self.size[1] - 1 for edge in (pixels.y0 - 1, pixels.y1 + 1))
+        outside = (y < above * w, y > below * w, x < left * w, x > right * w, z < -w)
         may_show: npt.NDArray[np.bool_] = ~np.any([it.all(axis=1) for it in outside], axis=0)
         return may_show
 

@@ -18,6 +18,9 @@ from heatlens.render.scene_gpu.raster import SceneRaster
 _SPREAD_MAX = (
     0.04  # standard deviation of samples, relative to the light, up to which noise is invisible
 )
+# Farther outside the frame than the rim, a disc that reaches it spreads the light of a pixel over
+# 200 and more: this standard deviation of four samples is an error of a thousandth in each.
+_RIM_PX, _SPREAD_MAX_FAR = 8, 0.4
 _BLACK_LIGHT = 0.01  # light that counts as black
 LARGER = 1  # size of a band, relative to one with a single sample a pixel
 
@@ -53,11 +56,14 @@ class Antialias:
 
     # Each pixel gets four samples. Where these differ from each other or from their neighbors,
     # `peel.py` adds 48 samples in three draws; a mask in the depth buffer excludes other pixels.
-    def steps(self, view: SceneView, across: int, fine: int, key: object) -> Iterator[str]:
+    def steps(
+        self, view: SceneView, across: int, fine: int, margin_px: int, key: object
+    ) -> Iterator[str]:
         """Draw `across` x `across` samples a pixel, or fewer if they do not fit into a texture.
 
         Each step draws a band; `picture` is complete at the end. `fine` pixels of the view, each
-        way, make one pixel of the picture. The caller passes equal keys only for an equal scene and
+        way, make one pixel of the picture, and `margin_px` of them on every side are no part of
+        the frame. The caller passes equal keys only for an equal scene and
         view; a picture with an equal key is not drawn again.
         """
         across = max(1, min(across, self._side_max_px // view.size[0]))
@@ -77,7 +83,12 @@ class Antialias:
             pixel_groups(view.size),
             textures={"spread_tx": self._pool.texture("spread", view.size, 2, "f2")},
             images={"out_done_img": picture.done},
-            uniforms={"spread_max": _SPREAD_MAX, "reach": fine},
+            uniforms={
+                "spread_max": _SPREAD_MAX,
+                "reach": fine,
+                "margin_px": max(0, margin_px - _RIM_PX * fine),
+                "spread_max_far": _SPREAD_MAX_FAR,
+            },
         )
         self._key = key
 

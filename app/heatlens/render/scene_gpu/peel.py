@@ -28,6 +28,7 @@ from heatlens.render.scene_gpu.mesh_draw import MeshDraw
 from heatlens.render.scene_gpu.overscan import Overscan
 from heatlens.render.scene_gpu.raster import SceneRaster, SkyDraw
 from heatlens.render.scene_gpu.scene_buffers import BY_HOLES, BY_MAPS
+from heatlens.render.scene_gpu.unsettled import UnsettledPixels
 from heatlens.render.scene_gpu.view_uniforms import eye_uniforms
 
 _PEEL = {"PEEL": 1}
@@ -45,11 +46,9 @@ class SurfaceRaster:
     def draw_front(self, view: SceneView, out: Texture, done: Texture, band: Box) -> None:
         """Draw the visible surfaces of a band, except in pixels where `done`, R, is not 0.
 
-        The view takes its rows of `out`, which is cleared before the first of them.
+        The view takes its rows of `out`, whose depths are the farthest.
         """
         target = self._raster.targets.of(out)
-        if view.rows_above == band.y0 == 0:
-            target.clear()
         target.viewport = 0, view.rows_above, *view.size
         with self._raster.bind_band(target, view, band):
             self._raster.hide_done_pixels(target, view, done)
@@ -180,8 +179,9 @@ class ScenePeel:
         out = self._allocate(view.size, bank)
         sides = self._sample_sides(view.size[0], picture.fine)
         self._total.write(np.zeros(1, np.uint32))
+        unsettled = UnsettledPixels(done, self._raster.bands.are_small)
         for rows in self._raster.bands.of_samples(view.size, sides[0], LARGER):
-            samples = yield from self._draw_samples(view, rows, sides, done, place_scene)
+            samples = yield from self._draw_samples(view, rows, sides, unsettled, place_scene)
             self._write_lists(samples, rows, sides, picture, out)
             yield "behind"
         count = int(np.frombuffer(self._total.read(), np.uint32)[0])
@@ -227,7 +227,7 @@ class ScenePeel:
         view: SceneView,
         rows: Rows,
         sides: tuple[int, int],
-        done: Texture,
+        unsettled: UnsettledPixels,
         place_scene: Callable[[], None],
     ) -> Generator[str, None, dict[str, Texture]]:
         """Draw a band, and return the textures by the names of lib/surface_groups.lib.glsl.
@@ -242,10 +242,15 @@ class ScenePeel:
         second, third = (
             self._pool.texture(name, behind_view.size, 4) for name in ("behind", "last")
         )
+        runs = [(sides[0] * x0, sides[0] * x1) for x0, x1 in unsettled.runs(rows)]
+        self._raster.targets.of(front).clear()
         for index, shift in enumerate(_SHIFTS):
+            shifted = _shift_view(front_view, index, shift)
             for band in self._raster.bands.of(front_view.size, LARGER):
                 place_scene()
-                self._surfaces.draw_front(_shift_view(front_view, index, shift), front, done, band)
+                for x0, x1 in runs:
+                    pixels = Box(x0, band.y0, x1, band.y1)
+                    self._surfaces.draw_front(shifted, front, unsettled.done, pixels)
                 yield "behind"
         for band in self._raster.bands.of(behind_view.size, LARGER):
             place_scene()
@@ -255,7 +260,7 @@ class ScenePeel:
                 yield "behind"
                 place_scene()
         behind_textures = {"first_tx": first, "behind_tx": second, "last_tx": third}
-        return {"front_tx": front, "done_tx": done} | behind_textures
+        return {"front_tx": front, "done_tx": unsettled.done} | behind_textures
 
     def _write_lists(
         self,

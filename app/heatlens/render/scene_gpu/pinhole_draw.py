@@ -128,7 +128,7 @@ class PinholeDraw:
         color, depth = self._textures("wide", request.bank, view.size)
         is_peeled = request.views >= PINHOLE_VIEWS
         across = _FEW_ACROSS if is_peeled else math.isqrt(request.views)
-        yield from self._draw_color(view, across // fine, fine, color, request)
+        yield from self._draw_color(view, across // fine, fine, color, request, fine * margin)
         yield from self._draw_depth(view, request.frame, depth)
         rings_m, bins = self._rings.of(depth, fine * margin), self._survey.of(depth).dioptres
         overscan, peeled = (
@@ -155,12 +155,15 @@ class PinholeDraw:
         return color, self._pool.texture(f"{name} depth {bank}", size, 1)
 
     def _draw_color(
-        self, view: SceneView, across: int, fine: int, color: Texture, request: Request
+        self,
+        view: SceneView,
+        across: int,
+        fine: int,
+        color: Texture,
+        request: Request,
+        margin_px: int = 0,
     ) -> Iterator[str]:
-        """Draw `color` with `across` x `across` samples a pixel.
-
-        `fine` pixels of the view, along each axis, make one pixel of the picture.
-        """
+        """Draw `color` with `across` x `across` samples a pixel; see `Antialias.steps`."""
         self._raster.place(request.frame)
         if across == 1 and fine == 1:
             for band in self._raster.bands.of(color.size):
@@ -168,7 +171,7 @@ class PinholeDraw:
                 yield "pinhole"
                 self._raster.place(request.frame)
             return
-        for _ in self._pinhole.steps(view, across, fine, request.key):
+        for _ in self._pinhole.steps(view, across, fine, margin_px, request.key):
             yield "pinhole"
             self._raster.place(request.frame)  # others may have drawn another frame in between
         self._crop.run(self._pinhole.picture(view.size).mean, (0, 0), color)

@@ -159,7 +159,7 @@ class SceneRaster:
         """Leave out what a band of a view cannot show, until the block ends."""
         if band is None or not self.bands.are_small:
             return nullcontext()
-        return self.buffers.draw_only(view.may_show(self._corners_m, (band.y0, band.y1)))
+        return self.buffers.draw_only(view.may_show(self._corners_m, band))
 
     def hide_done_pixels(self, target: Framebuffer, view: SceneView, done: Texture) -> None:
         """Cover the pixels where `done`, R, is not 0 with a depth nearer than everything else.
