@@ -1,12 +1,13 @@
 // Groups the samples of a pixel into surfaces, near to far. The samples are those of the visible surface (front) and of
 // the next two surfaces behind it. Samples whose distances differ by a ratio of less than SAME_GROUP are one surface.
-// Distances are in dioptres (1 / meters), 0 for the sky.
+// Distances are in dioptres (1 / meters), 0 for the sky. FRONT_SIDE and BEHIND_SIDE are defines, because a processor
+// divides by a uniform number by number.
 //
 // Inputs
-//   front_tx    front_side x front_side samples a pixel in each of PEEL_DRAWS draws, which lie below each other:
+//   front_tx    FRONT_SIDE x FRONT_SIDE samples a pixel in each of PEEL_DRAWS draws, which lie below each other:
 //               rgb, a dioptres
 //   done_tx     1 where only one surface is visible in a pixel, and front_tx has no samples
-//   first_tx    behind_side x behind_side samples a pixel: r meters of the visible surface, +inf for the sky
+//   first_tx    BEHIND_SIDE x BEHIND_SIDE samples a pixel: r meters of the visible surface, +inf for the sky
 //   behind_tx   the same samples: rgb, a dioptres of the next surface
 //   last_tx     the same samples: rgb, a dioptres of the surface after that
 
@@ -19,25 +20,20 @@ uniform sampler2D behind_tx;
 uniform sampler2D last_tx;
 
 #define SAME_GROUP 1.03    // ratio of distances within which samples are of one surface
-#define GROUPS_MOST 6      // most surfaces of a pixel; the last one gets all remaining samples
 #define LEAST_COVER 0.004  // less than the smallest share that samples can resolve
-#define BEHIND_COUNT (behind_side * behind_side)
-#define BEHIND_MOST 8      // samples of both surfaces behind, at most
-
-uniform int front_side;
-uniform int behind_side;
+#define BEHIND_COUNT (BEHIND_SIDE * BEHIND_SIDE)
 
 // State of the pixel that this invocation processes; `begin_pixel` sets it.
 bool is_done;
 int front_count;     // number of front samples; 1 if the pixel is done
 float own_dioptres;  // dioptres of the visible surface, used if the pixel is done
-vec4 behind_samples[BEHIND_MOST];  // those of `behind_sample`, which each surface looks through
+vec4 behind_samples[2 * BEHIND_COUNT];  // those of `behind_sample`, which each surface looks through
 
 // Front sample i of a pixel: rgb, a dioptres. In a pixel that is done it has no color.
 vec4 front_sample(ivec2 pixel, int i) {
     if (is_done) return vec4(vec3(0.0), own_dioptres);
     int draw = i % PEEL_DRAWS, number = i / PEEL_DRAWS, height = textureSize(front_tx, 0).y / PEEL_DRAWS;
-    ivec2 at = front_side * pixel + ivec2(number % front_side, number / front_side);
+    ivec2 at = FRONT_SIDE * pixel + ivec2(number % FRONT_SIDE, number / FRONT_SIDE);
     return texelFetch(front_tx, at + ivec2(0, draw * height), 0);
 }
 
@@ -61,11 +57,11 @@ vec4 behind_sample(ivec2 at, bool is_last) {
 // Prepares a pixel: `at` in the picture, `pixel` in the band that was drawn. `depth_m` is that of the picture.
 void begin_pixel(ivec2 at, ivec2 pixel, float depth_m) {
     is_done = texelFetch(done_tx, at, 0).r > 0.0;
-    front_count = is_done ? 1 : PEEL_DRAWS * front_side * front_side;
+    front_count = is_done ? 1 : PEEL_DRAWS * FRONT_SIDE * FRONT_SIDE;
     own_dioptres = 1.0 / depth_m;
     for (int i = 0; i < 2 * BEHIND_COUNT; ++i) {
         int k = i >> 1;
-        ivec2 sample_at = behind_side * pixel + ivec2(k % behind_side, k / behind_side);
+        ivec2 sample_at = BEHIND_SIDE * pixel + ivec2(k % BEHIND_SIDE, k / BEHIND_SIDE);
         behind_samples[i] = behind_sample(sample_at, (i & 1) == 1);
     }
 }

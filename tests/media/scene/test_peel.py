@@ -158,6 +158,24 @@ def test_peeled_lists_beyond_limit_are_left_out_with_a_note(renderer, monkeypatc
     assert np.isfinite(renderer.pixels(SHOT)).all()
 
 
+def test_peeled_list_that_is_cut_covers_nothing_and_leaves_the_depth(renderer, monkeypatch):
+    scene = scene_with(
+        (plane(0.3), plane(3.0, material=1)),
+        [(0, placement(0.013, 0.011, z=-2)), (1, placement(z=-4))],
+    )
+    lists = peel_scene(renderer, scene)[0].read()
+    begins, front = lists.begins, lists.has_front
+    # there is memory for only the first fragment of this list
+    cut = int(np.flatnonzero(front & (np.diff(begins) > 1))[5])
+    monkeypatch.setattr(peel, "_FRAGMENTS_MOST", int(begins[cut]) + 1)
+    peeled_lists = peel_scene(renderer, scene)[0]
+    few = peeled_lists.read()
+    np.testing.assert_array_equal(few.words[:-1], lists.words[: begins[cut]])
+    assert few.words[-1, 1] >> 16 == 0 and not few.has_front[cut:].any()
+    depth_m, picture_m = download(peeled_lists.depth), download(renderer.loaded.overscan.depth)
+    np.testing.assert_array_equal(depth_m.ravel()[cut:], picture_m.ravel()[cut:])
+
+
 def test_peeled_bins_count_hidden_surfaces(renderer):
     places = [(0, placement(z=-2)), (1, placement(z=-4))]
     # The card fills picture and overscan, so that nothing of the wall is seen.

@@ -198,14 +198,15 @@ def pass_builds() -> list[Build]:
 
 def _variants_outside_passes() -> dict[str, Variants]:
     """Return the variants of shaders that belong to no pass of the pipeline."""
-    scene = _scene_variants("HOLES", "COLORS", "BUMPS", "PLACEMENTS")
-    peeled = _scene_variants("HOLES", "COLORS", "BUMPS", "PLACEMENTS", "PEEL")
+    scene = _scene_variants("HOLES", "MAPS", "COLORS", "BUMPS", "PLACEMENTS")
+    peeled = combine_variants(scene, without_and_with("PEEL"))
+    sides: Variants = ({"FRONT_SIDE": 4, "BEHIND_SIDE": 2}, {"FRONT_SIDE": 2, "BEHIND_SIDE": 1})
     modes: Variants = tuple({"MODE": it.function} for it in overlays_by_name().values())
     peaking: Variants = ({"PEAKING": 0}, {"PEAKING": 1})
     return {
         "scene_gpu/accumulate.comp.glsl": pass_list.SHAPES,
         "defocus/focus_offset_bins.comp.glsl": without_and_with("LISTS"),
-        "scene_gpu/peel_lists.comp.glsl": without_and_with("COUNT"),
+        "scene_gpu/peel_lists.comp.glsl": sides,
         "scene_gpu/ray_trace.comp.glsl": combine_variants(pass_list.SHAPES, scene),
         "scene_gpu/scene_cover.frag.glsl": peeled,
         "scene_gpu/scene_depth.frag.glsl": scene,
@@ -220,11 +221,10 @@ def _variants_outside_passes() -> dict[str, Variants]:
 
 
 def _scene_variants(*defines: str) -> Variants:
-    """Return the variants with none, one, four and five of the defines that a scene decides.
+    """Return the variants with none, one and all of the defines that a scene decides.
 
     PEEL draws hidden surfaces.
     """
-    define_sets = (
-        names for count in (0, 1, 4, 5) for names in itertools.combinations(defines, count)
-    )
+    counts = (0, 1, len(defines))
+    define_sets = (names for count in counts for names in itertools.combinations(defines, count))
     return tuple(dict.fromkeys(names, 1) for names in define_sets)

@@ -20,7 +20,7 @@ from heatlens.render.defocus.listed_fragments import FragmentBuffers
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 from heatlens.render.gpu.resources import Buffer, Texture
-from heatlens.render.gpu.shader_constants import PEEL_DRAWS
+from heatlens.render.gpu.shader_constants import PEEL_DRAWS, PEEL_LIST_WORDS
 from heatlens.render.gpu.textures import TexturePool
 from heatlens.render.scene_gpu.bands import Rows, view_of_samples
 from heatlens.render.scene_gpu.depth_survey import DepthSurvey
@@ -152,9 +152,9 @@ class ScenePeel:
         self._ctx = ctx
         self._raster, self._survey = raster, survey
         self._surfaces = SurfaceRaster(ctx, raster)
-        self._count = ComputeProgram(ctx, "scene_gpu/peel_lists.comp.glsl", {"COUNT": 1})
+        self._lists = ComputeProgram(ctx, "scene_gpu/peel_lists.comp.glsl")
         self._starts = ComputeProgram(ctx, "defocus/peel_starts.comp.glsl")
-        self._write = ComputeProgram(ctx, "scene_gpu/peel_lists.comp.glsl")
+        self._pack = ComputeProgram(ctx, "scene_gpu/peel_pack.comp.glsl")
         self._total = ctx.buffer(reserve=4)
         self._pool = TexturePool(ctx)
         self._fragments_per_pixel = _FRAGMENTS_PER_PIXEL
@@ -243,7 +243,8 @@ class ScenePeel:
             self._pool.texture(name, behind_view.size, 4) for name in ("behind", "last")
         )
         runs = [(sides[0] * x0, sides[0] * x1) for x0, x1 in unsettled.runs(rows)]
-        self._raster.targets.of(front).clear()
+        if runs:
+            self._raster.targets.of(front).clear()
         for index, shift in enumerate(_SHIFTS):
             shifted = _shift_view(front_view, index, shift)
             for band in self._raster.bands.of(front_view.size, LARGER):
@@ -270,7 +271,7 @@ class ScenePeel:
         picture: Overscan,
         out: _ListMemory,
     ) -> None:
-        """Count the fragments of the rows of a band, find the start of each list, and write them.
+        """List the fragments of the rows of a band, find the start of each list, and pack them.
 
         `samples` are the textures of the band, and `sides` the samples across a pixel: of the
         visible surface, and of those behind it.
@@ -279,34 +280,44 @@ class ScenePeel:
         end_row = min(rows[1], height)
         groups = pixel_groups((width, end_row - first_row))
         uniforms: dict[str, object] = {"first_row": first_row, "end_row": end_row}
-        uniforms |= {"front_side": sides[0], "behind_side": sides[1], "shifts": _SHIFTS}
-        list_buffers, textures = {"start_block": out.starts}, samples | {"depth_tx": picture.depth}
-        self._count.dispatch(groups, textures=textures, buffers=list_buffers, uniforms=uniforms)
-        self._starts.dispatch(
-            (1, 1),
-            buffers=list_buffers | {"total_block": self._total},
-            uniforms={
-                "first_pixel": first_row * width,
-                "pixel_count": (end_row - first_row) * width,
-                "capacity": out.capacity,
-                "has_end": True,
-            },
-        )
-        self._write.dispatch(
+        band_lists = self._pool.buffer("lists", 4 * PEEL_LIST_WORDS * width * (end_row - first_row))
+        list_buffers = {"start_block": out.starts, "group_block": band_lists}
+        self._lists.version(FRONT_SIDE=sides[0], BEHIND_SIDE=sides[1]).dispatch(
             groups,
-            textures=textures,
+            textures=samples | {"depth_tx": picture.depth},
             images={
                 "out_color_img": picture.color,
                 "out_depth_img": out.depth,
                 "out_position_img": out.positions,
             },
+            buffers=list_buffers,
+            uniforms=uniforms | {"shifts": _SHIFTS},
+        )
+        self._find_starts(first_row * width, (end_row - first_row) * width, out)
+        self._pack.dispatch(
+            groups,
+            textures={"depth_tx": picture.depth},
+            images={"out_depth_img": out.depth},
             buffers=list_buffers | {"fragment_block": out.words},
             uniforms=uniforms,
         )
 
+    def _find_starts(self, first_pixel: int, pixel_count: int, out: _ListMemory) -> None:
+        """Turn the lengths of the lists of a band into their starts."""
+        self._starts.dispatch(
+            (1, 1),
+            buffers={"start_block": out.starts, "total_block": self._total},
+            uniforms={
+                "first_pixel": first_pixel,
+                "pixel_count": pixel_count,
+                "capacity": out.capacity,
+                "has_end": True,
+            },
+        )
+
     def release(self) -> None:
         """Release everything on the GPU."""
-        programs = self._count, self._starts, self._write
+        programs = self._lists, self._starts, self._pack
         for resource in (*programs, self._total, self._surfaces, self._pool):
             resource.release()
 
