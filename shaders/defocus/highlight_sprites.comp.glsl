@@ -167,7 +167,7 @@ Sprite merge_around(ivec2 block_corner, int side, int top) {
     center += vec2(corner);
     float radius = 0.5 * coc[top];
     Cover covered = pixels_covered(center, radius, ramp);
-    return Sprite(vec4(center, coc[top], ramp), vec4(light / max(covered, 1e-6), 0.0));
+    return Sprite(vec4(center, coc[top], ramp), vec4(light / max(covered, 1e-6), 0.0), vec4(0.0));
 }
 
 // Number of pixels touched by drawing a sprite.

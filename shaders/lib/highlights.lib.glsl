@@ -10,13 +10,24 @@ const float SURFACE_SHARE = 0.25;  // the same on bright surfaces, where wider d
 
 struct Sprite {
     vec4 disc;   // x, y position of the center; z signed coc; w half the width of the soft rim; all in pixels
-    vec4 light;  // rgb of a pixel wholly inside the disc; a 0
+    vec4 light;  // rgb of a pixel wholly inside the disc; a least signed coc that a ray from the lens may meet
+    vec4 nodes;  // where rays are traced (lib/highlight_nodes.lib.glsl)
 };
+
+// In place of the number of nodes in a row.
+#define NOT_HIDDEN 0.0    // nothing is near enough to hide the highlight
+#define ALL_HIDDEN -1.0   // it is not drawn
+#define LARGE_DISC -2.0   // rays are traced where it is drawn
 
 // A surface nearer by less than MARGIN_PX, or less than MARGIN_SHARE of the highlight's coc, belongs to the highlight.
 #define MARGIN_PX 2.0
 #define MARGIN_SHARE 0.1
 float margin_of(float coc) { return max(MARGIN_PX, MARGIN_SHARE * abs(coc)); }
+
+// Up to a coc of SHARP_PX a nearer fragment covers just its own pixel; from BLURRED_PX on, compositing
+// its blurred layer does the hiding.
+#define SHARP_PX 1.0
+#define BLURRED_PX 4.0
 
 #define AREA_UNITS 0x100000u  // the largest area that may be drawn, in the unit in which areas are counted
 

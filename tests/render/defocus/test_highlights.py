@@ -10,15 +10,19 @@ from numpy.typing import NDArray
 
 from heatlens.core.model.lens.aperture import Aperture
 from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
+from heatlens.render.defocus import highlight_pass
 from heatlens.render.defocus.blur_pass import PACKED, BlurPass, BlurTargets
 from heatlens.render.defocus.highlight_pass import (
     SMALL_SPRITES_MAX,
     HighlightBuffers,
     HighlightDrawPass,
     HighlightListPass,
+    HighlightShadowPass,
     HighlightSplitPass,
+    RayMemory,
     Surroundings,
     WithoutHighlights,
+    nodes_bytes,
 )
 from heatlens.render.defocus.line_solver import SweepSolver
 from heatlens.render.defocus.optics import Optics
@@ -45,14 +49,14 @@ class HighlightPasses:
         self.solver = SweepSolver(ctx)
         self.split = HighlightSplitPass(ctx, BlurPass(self.solver))
         self.lists = HighlightListPass(ctx)
-        self.drawing = HighlightDrawPass(ctx)
+        self.shading, self.drawing = HighlightShadowPass(ctx), HighlightDrawPass(ctx)
 
 
 passes_of = lru_cache(maxsize=1)(HighlightPasses)
 
 
 class RenderedLamps:
-    """The results of the three highlight passes on one picture."""
+    """The results of the highlight passes on one picture."""
 
     def __init__(
         self, ctx: Device, color: FloatArray, coc: FloatArray, disc: DiscShape = ROUND
@@ -93,8 +97,12 @@ class RenderedLamps:
         self.out.write(bytes(16 * self.out.width * self.out.height))
         of_tiles = new_texture(self._ctx, (coc_range.shape[1], coc_range.shape[0]), 2)
         upload(of_tiles, coc_range)
-        drawn = self._passes.drawing.steps
-        list(drawn(self.buffers, self._picture, of_tiles, self.optics, self.out))
+        size, inputs = self.out.size, (self.buffers, self._picture)
+        rays = RayMemory(
+            new_texture(self._ctx, size, 2), self._ctx.buffer(reserve=nodes_bytes(size))
+        )
+        list(self._passes.shading.steps(*inputs, of_tiles, self.optics, rays))
+        list(self._passes.drawing.steps(*inputs, self.optics, rays, self.out))
 
     @property
     def count(self) -> int:
@@ -166,6 +174,22 @@ def test_least_coc_of_tiles_does_not_change_occlusion(
     assert not lamps.drawn.any()
 
 
+def test_rays_of_small_discs_are_those_of_drawn_pixels(
+    ctx: Device, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where a list has no room for the nodes of discs, each drawn pixel traces its rays."""
+    places = rng.integers(0, 120, (60, 2))
+    color = dark_picture_with_lamps((120, 120), {(int(y), int(x)): 60.0 for y, x in places})
+    coc = np.linspace(0.5, 12.0, 120, dtype=np.float32) * np.ones((120, 1), np.float32)
+    coc[:, ::7] = -9.0
+    lamps = RenderedLamps(ctx, color, coc)
+    at_nodes = lamps.drawn
+    monkeypatch.setattr(highlight_pass, "nodes_most", lambda _: 0)
+    lamps.draw(coc_range_of_tiles(coc))
+    assert lamps.count > 20 and at_nodes.max() > 1.0
+    np.testing.assert_allclose(at_nodes, lamps.drawn, atol=1e-4 * at_nodes.max())
+
+
 def test_gpu_lists_same_highlights_as_software(
     ctx: Device, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -177,9 +201,12 @@ def test_gpu_lists_same_highlights_as_software(
     monkeypatch.setattr("heatlens.render.defocus.highlight_pass.is_software", lambda _: False)
     gpu = RenderedLamps(ctx, color, coc)
     assert gpu.count == software.count > 20
-    used = 32 * gpu.count
-    assert gpu.buffers.sprite.read(used) == software.buffers.sprite.read(used)
-    centres = np.frombuffer(gpu.buffers.sprite.read(used), np.float32).reshape(-1, 8)[:, :2]
+    on_gpu, on_software = (
+        np.frombuffer(lamps.buffers.sprite.read(48 * gpu.count), np.float32).reshape(-1, 12)
+        for lamps in (gpu, software)
+    )
+    assert np.array_equal(on_gpu[:, :8], on_software[:, :8])
+    centres = on_gpu[:, :2]
     rows, columns = (centres[:, 1] - 0.01) // 8, (centres[:, 0] - 0.01) // 8
     assert np.all(np.diff(20 * rows + columns) >= 0)
 

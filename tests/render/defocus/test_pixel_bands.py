@@ -22,6 +22,7 @@ from support.plates import plate_of, room
 
 SHOT = Shot(Lens(50.0, 1.4, 1.0, 36.0), DefocusSettings(quality=Quality.DRAFT))
 PER_PIXEL = ("coc", "unmix_find", "highlight_luminance", "highlight_split", "highlight_blocks")
+PER_PIXEL += ("highlight_ranges",)
 SIDES = st.integers(1, 5000)
 
 

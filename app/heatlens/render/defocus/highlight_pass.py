@@ -36,8 +36,11 @@ SPRITES_MAX = 4096  # largest number of discs in a picture
 SMALL_SPRITES_MAX = 8192  # the same if together they are small (highlight_plan.comp.glsl)
 _AREA_MAX = 24.0  # pixels drawn per pixel of the picture: hundreds of discs a third as wide
 _SURROUNDINGS_PX = 16.0  # smallest diameter of the surroundings of a pixel
+_SPRITE_BYTES = 48  # bytes of a disc in the list
 _PIXELS_A_BAND = 1 << 17  # drawn in a step, because hundreds of discs may overlap there
-_SPRITE_BYTES = 32  # bytes of a disc in the list
+_NODES_A_DISC = 4  # at least
+_NODES_MOST = 1 << 22  # the numbers of nodes are kept as floats
+_DISCS_A_GROUP = 64  # PIXELS_PER_GROUP of lib/list_slice.lib.glsl
 PLAN_BYTES = 4 * (9 + 2 * HIGHLIGHT_LEVELS)  # bytes of `Plan`, which highlight_plan writes
 
 
@@ -318,11 +321,95 @@ def _plan_uniforms(size: tuple[int, int], blocks: tuple[int, int]) -> dict[str, 
     }
 
 
-# Each pixel of a disc traces a ray through the depth of the picture, to find whether the lamp is
-# hidden from its point of the lens; layers do not have that information. The ray ends at the
-# nearest surface that any ray to this lamp may meet, which the vertex shader finds from the tiles:
-# 105 -> 69 ms for the same bits. Hidden highlights (of listed surfaces) whose surroundings are all
-# nearer are not drawn: two thirds of 6,488 behind leaves, 643 -> 300 ms.
+def nodes_most(size: tuple[int, int]) -> int:
+    """Return how many nodes the discs of a picture may have together."""
+    return min(max(2 * size[0] * size[1], _NODES_A_DISC * SMALL_SPRITES_MAX), _NODES_MOST)
+
+
+def nodes_bytes(size: tuple[int, int]) -> int:
+    """Return the bytes of the list of nodes for a picture."""
+    return list_bytes((nodes_most(size), 1))
+
+
+@dataclass(frozen=True)
+class RayMemory:
+    """Scratch memory of the rays from the lens to highlights.
+
+    ranges  RG of the picture's size: range of the coc around each pixel
+    nodes   the nodes of discs, and then how much is hidden at each: `nodes_bytes`
+    """
+
+    ranges: Texture
+    nodes: Buffer
+
+
+# Rays are traced through the depth of the picture, from points of the lens to each lamp, to find
+# whether it is hidden from there; layers do not have that information. They end at the nearest
+# surface that any ray to this lamp may meet, which the tiles know: 105 -> 69 ms for the same bits.
+# Drawn discs of few pixels leave most lanes of a processor idle, so their rays are traced before
+# they are drawn, one pixel of a disc a lane: 6,613 lamps behind leaves, 493 -> 320 ms for the same
+# picture, 3,187 small and large ones 564 -> 300 ms.
+class HighlightShadowPass:
+    """Traces the rays to small discs, to find how much of each highlight is hidden."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._find_ranges = ComputeProgram(ctx, "defocus/highlight_ranges.comp.glsl")
+        self._bands = PixelBands(ctx)
+        self._place = ComputeProgram(ctx, "defocus/highlight_nodes.comp.glsl")
+        self._trace = ComputeProgram(ctx, "defocus/highlight_shadow.comp.glsl")
+        self._slices, self._openings = Slices(ctx), OpeningTextures(ctx)
+
+    def steps(
+        self,
+        buffers: HighlightBuffers,
+        picture: UnmixedPicture,
+        coc_range: Texture,
+        optics: Optics,
+        out: RayMemory,
+    ) -> Iterator[None]:
+        """Give each small disc of the list its nodes, and find the hidden share at each.
+
+        `coc_range`, RG of a pixel for each tile, has the least signed coc there, and the greatest
+        one of visible surfaces.
+        """
+        size, lists, plan_buffers = picture.coc.size, picture.lists, {"plan_block": buffers.plan}
+        yield from self._bands.run(
+            *(self._find_ranges, size),
+            textures={"coc_tx": picture.coc, "kind_tx": picture.kind},
+            images={"out_ranges_img": out.ranges},
+            buffers=plan_buffers,
+        )
+        uniforms = optics.disc.uniforms | {"nearest_px": optics.nearest_px}
+        node_buffers = {"pixel_list_block": out.nodes, "sprite_block": buffers.sprite}
+        clear_list(out.nodes)
+        self._place.version(**optics.disc.switches).dispatch(
+            (groups_for(SMALL_SPRITES_MAX, _DISCS_A_GROUP), 1),
+            textures={"coc_range_tx": coc_range},
+            buffers=node_buffers | plan_buffers,
+            uniforms=uniforms | {"nodes_max": nodes_most(size)},
+        )
+        yield
+        for slice_uniforms in self._slices.of(size):
+            self._trace.version(LISTS=lists is not None, **optics.disc.switches).dispatch(
+                out.nodes,
+                textures=_ray_textures(picture, out) | self._openings.of(optics.disc.aperture),
+                buffers=node_buffers | list_buffers(lists),
+                uniforms=uniforms | slice_uniforms | list_uniforms(lists),
+            )
+            yield
+
+
+def _ray_textures(picture: UnmixedPicture, rays: RayMemory) -> dict[str, Texture]:
+    """Return the textures that rays read (lib/highlight_rays.lib.glsl)."""
+    return {
+        "coc_tx": picture.coc,
+        "kind_tx": picture.kind,
+        "far_tx": picture.far,
+        "near_tx": picture.near,
+        "ranges_tx": rays.ranges,
+    }
+
+
 class HighlightDrawPass:
     """Draws the list of discs into the picture."""
 
@@ -338,16 +425,15 @@ class HighlightDrawPass:
         self,
         buffers: HighlightBuffers,
         picture: UnmixedPicture,
-        coc_range: Texture,
         optics: Optics,
+        rays: RayMemory,
         color: Texture,
         sharp: SharpPart | None = None,
     ) -> Iterator[None]:
         """Add every disc of the list to `color`, except where `picture` or `sharp` hides it.
 
-        `color` may be a whole number of times as large as `picture`.
-        `coc_range`, RG of a pixel for each tile, has the least signed coc there, and the greatest
-        one of visible surfaces.
+        `color` may be a whole number of times as large as `picture`. `rays` is the output of
+        `HighlightShadowPass`.
         On a software rasterizer discs are drawn in bands, so that many large ones do not hold up
         the window.
         """
@@ -355,46 +441,43 @@ class HighlightDrawPass:
         rows = max(1, _PIXELS_A_BAND // width) if self._is_drawn_in_bands else height
         for first in range(0, height, rows):
             band = (0, first, width, rows)
-            self._draw_band(buffers, picture, coc_range, optics, color, band, sharp)
+            for is_large in (False, True):
+                self._draw_band(buffers, picture, optics, rays, color, band, sharp, is_large)
             yield
 
     def _draw_band(
         self,
         buffers: HighlightBuffers,
         picture: UnmixedPicture,
-        coc_range: Texture,
         optics: Optics,
+        rays: RayMemory,
         color: Texture,
         band: tuple[int, int, int, int],
         sharp: SharpPart | None,
+        is_large: bool,
     ) -> None:
-        """Draw all discs, but only into `band` (x, y, width, height).
+        """Draw the large discs or all others, but only into `band` (x, y, width, height).
 
         All state of the device that other draws may have changed is set again.
         """
         has_lists = picture.lists is not None
-        program = self._program.version(LISTS=has_lists, **optics.disc.switches)
+        program = self._program.version(LISTS=has_lists, LARGE=is_large, **optics.disc.switches)
         quads = self._quads_of(program, buffers.sprite)
         target, enlarged = self._target.around(color), color.width / picture.coc.width
         target.use()
         target.scissor = band
         program.bind(
-            textures={
-                "coc_tx": picture.coc,
-                "kind_tx": picture.kind,
-                "far_tx": picture.far,
-                "near_tx": picture.near,
-                "coc_range_tx": coc_range,
+            textures=_ray_textures(picture, rays)
+            | {
                 "cutout_tx": picture.color if sharp is None else sharp.light,
                 "cutout_coc_tx": picture.coc if sharp is None else sharp.coc,
             }
             | self._openings.of(optics.disc.aperture),
             uniforms=optics.disc.uniforms
             | {"picture_size": picture.coc.size, "nearest_px": optics.nearest_px}
-            | {"rows": (band[1] / enlarged, (band[1] + band[3]) / enlarged), "enlarged": enlarged}
-            | {"has_cutout": sharp is not None}
+            | {"enlarged": enlarged, "has_cutout": sharp is not None}
             | list_uniforms(picture.lists),
-            buffers=list_buffers(picture.lists),
+            buffers=list_buffers(picture.lists) | {"pixel_list_block": rays.nodes},
         )
         self._ctx.draw_with(Blend.ADD)
         quads.render_indirect(buffers.plan, Primitive.TRIANGLE_STRIP, 1)
@@ -410,7 +493,7 @@ class HighlightDrawPass:
         if cached is None or cached[0] is not sprites:
             if cached is not None:
                 cached[1].release()
-            layout = [(sprites, "4f 4f/i", "in_disc", "in_light")]
+            layout = [(sprites, "4f 4f 4f/i", "in_disc", "in_light", "in_nodes")]
             cached = sprites, program.vertex_array(layout)
             self._quads[program] = cached
         return cached[1]

@@ -12,6 +12,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import chain
 
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.render.defocus.blur_pass import BlurTargets
@@ -19,8 +20,10 @@ from heatlens.render.defocus.cutout_pass import SharpPart
 from heatlens.render.defocus.highlight_pass import (
     HighlightBuffers,
     ListsWithoutHighlights,
+    RayMemory,
     Surroundings,
     WithoutHighlights,
+    nodes_bytes,
 )
 from heatlens.render.defocus.kernels import Kernel
 from heatlens.render.defocus.layer_blur import LayerBlur
@@ -241,9 +244,13 @@ class LayeredBlur:
     ) -> Steps[None]:
         """Draw the highlights over the blurred picture, among its surfaces."""
         coc_range = self._scratch.texture("tile coc range", tile_count(picture.coc.size), 2)
-        draw = self._passes.draw_highlights
-        steps = draw.steps(highlights, picture, coc_range, optics, out, sharp)
-        yield from self._scratch.run_pass("highlights drawn", steps)
+        size = picture.coc.size
+        ranges = self._scratch.texture("highlight ranges", size, 2)
+        rays = RayMemory(ranges, self._scratch.buffer("highlight nodes", nodes_bytes(size)))
+        passes, inputs = self._passes, (highlights, picture)
+        shade_steps = passes.shade_highlights.steps(*inputs, coc_range, optics, rays)
+        draw_steps = passes.draw_highlights.steps(*inputs, optics, rays, out, sharp)
+        yield from self._scratch.run_pass("highlights drawn", chain(shade_steps, draw_steps))
 
     def _split_silhouettes(
         self,

@@ -46,6 +46,7 @@ SHAPES: Variants = (
 _LISTS, _COUNT = without_and_with("LISTS"), without_and_with("COUNT")
 _ON_GPU = {"COUNT": 1, "LEVELS_AT_ONCE": HIGHLIGHT_LEVELS}
 _MATCHED: Variants = ({}, *combine_variants(({"LISTS": 1},), without_and_with("MATCHED")))
+_LARGE = combine_variants(SHAPES, without_and_with("LARGE"))
 _WHOLE_PARTS: Variants = ({"ALL_DEPTHS": 1}, {"ALL_DEPTHS": 1, "PART_VARIES": 1})
 _BLUR = "lib/blur_system.lib.glsl"
 
@@ -55,9 +56,9 @@ def _comp(*names: str, variants: Variants = PLAIN) -> dict[str, Variants]:
     return dict.fromkeys((f"defocus/{name}.comp.glsl" for name in names), variants)
 
 
-def _draw(name: str, fragment: Variants) -> dict[str, Variants]:
+def _draw(name: str, fragment: Variants, vertex: Variants = SHAPES) -> dict[str, Variants]:
     """Return the builds of the vertex and the fragment shader that draw discs, by their files."""
-    return {f"defocus/{name}.vert.glsl": SHAPES, f"defocus/{name}.frag.glsl": fragment}
+    return {f"defocus/{name}.vert.glsl": vertex, f"defocus/{name}.frag.glsl": fragment}
 
 
 def _own_memory(*names: str) -> dict[str, str]:
@@ -230,7 +231,10 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "highlights drawn",
-        _draw("highlight_draw", combine_variants(SHAPES, _LISTS)),
+        _comp("highlight_ranges")
+        | _comp("highlight_nodes", variants=SHAPES)
+        | _comp("highlight_shadow", variants=combine_variants(SHAPES, _LISTS))
+        | _draw("highlight_draw", combine_variants(_LARGE, _LISTS), _LARGE),
         pass_costs.highlights_drawn_bytes,
         _own_memory("enlarged out"),
         reads_last=(
@@ -250,6 +254,7 @@ PASSES: tuple[Pass, ...] = (
             ),
             *("highlight sprite", "kind", "far", "near", "tile content", "tile coc range"),
         ),
+        private_memory={"highlight nodes": "pixel list", "highlight ranges": "layer state"},
     ),
     Pass(
         "limits",

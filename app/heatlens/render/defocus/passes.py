@@ -7,6 +7,7 @@ from heatlens.render.defocus.hidden_fill import HiddenFillPass
 from heatlens.render.defocus.highlight_pass import (
     HighlightDrawPass,
     HighlightListPass,
+    HighlightShadowPass,
     HighlightSplitPass,
 )
 from heatlens.render.defocus.kernels import Kernel
@@ -60,6 +61,7 @@ class DefocusPasses:
         self.limits = LimitsPass(ctx)
         self.split_highlights = HighlightSplitPass(ctx, self.blur)
         self.list_highlights = HighlightListPass(ctx)
+        self.shade_highlights = HighlightShadowPass(ctx)
         self.draw_highlights = HighlightDrawPass(ctx)
         self.others = OtherMethods(ctx)
 
