@@ -16,7 +16,8 @@ from support.manual import page
 def test_client_of_the_manual_pulls_focus_and_saves_pictures(tmp_path):
     (code,) = re.findall(r"```python\n(.*?)```", page("protocol"), re.DOTALL)
     (tmp_path / "client.py").write_text(code)
-    served = ServeProcess(tmp_path / "own", Path("assets/still_life.exr").absolute())
+    plate = Path("assets/still_life.exr").absolute()
+    served = ServeProcess(tmp_path / "own", plate, "--quality", "draft", "--bokeh", "heat")
     try:
         run = subprocess.run(
             [sys.executable, "client.py", served.hand],
