@@ -60,6 +60,20 @@ float visible_share_at(ivec2 at, float coc) {
     return mix(1.0 - far.a, 1.0, smoothstep(SHARP_PX, BLURRED_PX, abs(near_coc)));
 }
 
+// The same at a position: smooth between pixels of the picture where the target has more pixels than the picture.
+float visible_share(vec2 position, float coc) {
+    vec2 high = fract(position - 0.5);
+    ivec2 first = ivec2(floor(position - 0.5)), last = textureSize(kind_tx, 0) - 1;
+    int pixels = high == vec2(0.0) ? 1 : 4;  // the position is the middle of a pixel: always, if none is enlarged
+    float share = 0.0;
+    for (int i = 0; i < pixels; ++i) {
+        ivec2 corner = ivec2(i & 1, i >> 1);
+        vec2 part = mix(1.0 - high, high, vec2(corner));
+        share += part.x * part.y * visible_share_at(clamp(first + corner, ivec2(0), last), coc);
+    }
+    return share;
+}
+
 // Share of the pixel in which the sharp cutout hides the highlight. The condition does not begin with the uniform, which
 // lavapipe of Mesa 22 would take as a reason to build the program anew for each draw and to never free it.
 float cutout_cover(ivec2 at, float coc) {
@@ -88,7 +102,7 @@ void main() {
     vec2 position = gl_FragCoord.xy / enlarged;  // in pixels of the picture
     Cover inside = pixel_coverage(enlarged * (position - disc.xy), 0.5 * coc * enlarged, ramp, disc.xy);
     if (most_of(inside) > 0.0) inside *= 1.0 - cutout_cover(ivec2(position), coc);
-    if (most_of(inside) > 0.0) inside *= visible_share_at(ivec2(position), coc);
+    if (most_of(inside) > 0.0) inside *= visible_share(position, coc);
     if (most_of(inside) > 0.0) inside *= 1.0 - hidden_share_at(position, coc);
     if (most_of(inside) == 0.0) discard;
     out_light = vec4(inside * light.rgb, 0.0);

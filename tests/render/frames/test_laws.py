@@ -171,6 +171,22 @@ def test_enlarged_preview_has_round_lamps_with_their_light(ctx, renderer):
     assert error < 0.5 * plain_error
 
 
+def test_edge_before_lamp_of_enlarged_preview_is_smooth(renderer):
+    """Its light falls by degrees behind an edge in focus, not at once between two small pixels."""
+    size, lamp, edge = 384, 180, 196
+    color = np.full((size, size, 3), 0.02, np.float32)
+    color[lamp, size // 2] = 3e5
+    depth_m = np.full((size, size), FAR_M, np.float32)
+    color[edge:], depth_m[edge:] = 0.2, FOCUS_M
+    renderer.load(plate_of(color, depth_m))
+    small = Shot(lens_blurring(128.0, size), DefocusSettings(quality=Quality.DRAFT, proxy=0.125))
+    picture = download(run_all_steps(renderer.steps(small, enlarges=True)))
+    middle = picture.shape[0] // 2
+    light = picture[middle - 6 :, middle - 6 : middle + 6, 1].mean(axis=1)
+    falls = -np.diff(light)
+    assert falls.min() > -1e-3 * light[0] and falls.max() < 0.4 * falls.sum()
+
+
 def shown_pixels(picture: Image, size: int) -> FloatArray:
     """Return the green of a picture as a screen shows it: clipped at white, and enlarged."""
     nearest = ((np.arange(size) + 0.5) * picture.shape[0] / size).astype(int)
