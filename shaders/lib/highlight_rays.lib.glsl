@@ -170,9 +170,8 @@ float hidden_by_lists(Ray ray, uint listed_steps, uint mixed_steps, float hidden
 
 // Share of the highlight hidden from the point of the lens that the pixel `at` stands for, 0..1: smooth across an
 // occluder's edge. The highlight is at `center` and has this coc; `may_meet_px` is the least coc of all that rays to it
-// may meet. Steps that meet a surface are collected as bits and
-// examined in a second loop, because a software rasterizer runs the whole body of a loop as soon as one of its
-// invocations needs part of it.
+// may meet. Steps that meet a surface are collected as bits and examined in a second loop, because a software rasterizer
+// runs the whole body of a loop as soon as one of its invocations needs part of it.
 float hidden_share(vec2 at, vec2 center, float coc, float may_meet_px) {
     float start = coc - margin_of(coc);
     vec2 per_px = (at - center) / coc;

@@ -15,7 +15,8 @@ from heatlens.deliver.export.job import DisplaySettings, ExportJob
 from heatlens.deliver.export.options import ExportOptions
 from heatlens.deliver.export.output import parse_output
 from heatlens.deliver.export.plan import fingerprint_of
-from heatlens.render.source.source import Origin, StampedFile
+from heatlens.media.sequence.sequence import StampedFile
+from heatlens.render.source.source import Origin
 from support.exports import FRAMES, QUICK, shot_of
 
 JOB = ExportJob(shot=shot_of("plate.####.exr"), frames=FRAMES, output=parse_output("n.####.exr"))

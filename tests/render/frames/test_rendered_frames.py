@@ -21,7 +21,7 @@ from heatlens.core.model.shot.pull import pull
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.read import read_plate
-from heatlens.media.sequence.sequence import stamp_of
+from heatlens.media.sequence.sequence import StampedFile, stamp_files, stamp_of
 from heatlens.render.rendered_frames.cached_pictures import to_half
 from heatlens.render.rendered_frames.frame_filler import FrameFiller, FrameJob, PlateFile
 from heatlens.render.rendered_frames.frame_key import (
@@ -35,7 +35,6 @@ from heatlens.render.rendered_frames.frame_key import (
     shot_key,
 )
 from heatlens.render.rendered_frames.stamp_book import StampBook
-from heatlens.render.source.source import StampedFile, stamp_files
 from support.frame_caches import PATIENCE_S
 from support.session_files import LENS, room_file
 

@@ -15,7 +15,7 @@ from heatlens.deliver.export.plan import ExportPlan
 from heatlens.media.files.movie_read import av, movie_at
 from heatlens.media.files.opened_by_ending import open_movie
 from heatlens.media.files.picture_formats import movie_of_frame
-from heatlens.render.source.source import StampedFile
+from heatlens.media.sequence.sequence import StampedFile
 
 _SAMPLE_RATE = 48_000
 _RATE_TOLERANCE = 1e-4  # 23.976 is not 24

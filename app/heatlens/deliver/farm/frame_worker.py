@@ -13,7 +13,7 @@ from heatlens.deliver.farm.connection import library
 from heatlens.deliver.farm.inputs import absolute_path
 from heatlens.media.scene.placing import place_scene
 from heatlens.media.scene.scene import Scene
-from heatlens.media.sequence.sequence import Stamp
+from heatlens.media.sequence.sequence import Stamp, StampedFile, stamp_files
 from heatlens.render.defocus.line_solver import SOLVERS, SolverName
 from heatlens.render.frame_renderer import FrameRenderer, headless_renderer
 from heatlens.render.rendered_frames.cached_pictures import (
@@ -25,7 +25,7 @@ from heatlens.render.rendered_frames.cached_pictures import (
 )
 from heatlens.render.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.render.rendered_frames.frame_key import program_contents
-from heatlens.render.source.source import Source, StampedFile, stamp_files
+from heatlens.render.source.source import Source
 from heatlens.version import __version__
 
 Program = tuple[str, ...]

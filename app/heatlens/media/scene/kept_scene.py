@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from heatlens.core.model.shot.framing import SceneTiming
-from heatlens.media.sequence.sequence import Stamp, stamp_of
+from heatlens.media.sequence.sequence import StampedFile, stamp_files
 
 if TYPE_CHECKING:  # the readers make it
     from heatlens.media.scene.scene import Scene
@@ -17,16 +17,16 @@ _LEAST_AGE_NS = 20_000_000  # two changes of a file in one tick of its clock hav
 
 @dataclass(frozen=True, eq=False)
 class _KeptScene:
-    """A scene with the stamps of all its files, its own first, from when it was read."""
+    """A scene and all its files, its own first, with their stamps from when it was read."""
 
     path: Path
     timing: SceneTiming | None
     scene: "Scene"
-    stamps: tuple[tuple[Path, Stamp | None], ...]
+    files: tuple[StampedFile, ...]
 
     def is_current(self) -> bool:
         """Return whether no file of the scene was changed, removed or added since."""
-        return all(stamp_of(path) == stamp for path, stamp in self.stamps)
+        return self.files == stamp_files(file.path for file in self.files)
 
 
 _latest: list[_KeptScene] = []  # at most one
@@ -49,9 +49,10 @@ def read_or_kept(
     _latest.clear()
     begun_ns = time.time_ns()
     scene = read(path, timing)
-    stamps = tuple((file, stamp_of(file)) for file in (path, *find_files(scene)))
-    if all(stamp is None or stamp[0] < begun_ns - _LEAST_AGE_NS for _, stamp in stamps):
-        _latest[:] = [_KeptScene(path, timing, scene, stamps)]
+    files = stamp_files((path, *find_files(scene)))
+    stamps = [file.stamp for file in files if file.stamp is not None]
+    if all(stamp[0] < begun_ns - _LEAST_AGE_NS for stamp in stamps):
+        _latest[:] = [_KeptScene(path, timing, scene, files)]
     return scene
 
 
@@ -59,5 +60,5 @@ def kept_files(path: Path) -> tuple[Path, ...] | None:
     """Return the files of the kept scene, its own first; None if it is not kept or has changed."""
     for kept in _latest:
         if kept.path == path and kept.is_current():
-            return tuple(file for file, _ in kept.stamps)
+            return tuple(file.path for file in kept.files)
     return None

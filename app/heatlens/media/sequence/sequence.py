@@ -2,6 +2,7 @@
 
 import os
 from bisect import bisect_left, bisect_right
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -124,3 +125,16 @@ def stamp_of(path: Path) -> Stamp | None:
     except OSError:
         return None
     return status.st_mtime_ns, status.st_size, *(() if movie is None else movie[1:])
+
+
+@dataclass(frozen=True)
+class StampedFile:
+    """A file and its stamp from before it was read; None for a missing file."""
+
+    path: Path
+    stamp: Stamp | None
+
+
+def stamp_files(paths: Iterable[Path]) -> tuple[StampedFile, ...]:
+    """Return the files with their current stamps."""
+    return tuple(StampedFile(path, stamp_of(path)) for path in paths)

@@ -11,12 +11,12 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.plate import Plate
-from heatlens.media.sequence.sequence import Stamp, stamp_of
+from heatlens.media.sequence.sequence import Stamp, StampedFile, stamp_of
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
 from heatlens.render.rendered_frames.cached_pictures import RenderedPicture
-from heatlens.render.source.source import Source, StampedFile
+from heatlens.render.source.source import Source
 
 _WAITING = "waiting for a plate"  # name of a step in which there is nothing to render
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from heatlens.core.base.background import Threads
-from heatlens.render.source.source import StampedFile, stamp_files
+from heatlens.media.sequence.sequence import StampedFile, stamp_files
 
 # The thread pauses after so many frames: thousands would keep the window waiting for the
 # interpreter, which runs one thread at a time.

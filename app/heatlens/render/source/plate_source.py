@@ -29,9 +29,9 @@ from heatlens.media.plate.parts.header_read import read_headers
 from heatlens.media.plate.plate import Plate, ReadPixels
 from heatlens.media.sequence.depth_files import PlateFiles, behind_paths, depth_path_for
 from heatlens.media.sequence.names import NameForm, frames_text
-from heatlens.media.sequence.sequence import MissingPolicy, Sequence
+from heatlens.media.sequence.sequence import MissingPolicy, Sequence, stamp_files
 from heatlens.media.sequence.sequence_search import find_sequence
-from heatlens.render.source.source import FrameLoader, Origin, Renderer, stamp_files
+from heatlens.render.source.source import FrameLoader, Origin, Renderer
 
 if TYPE_CHECKING:  # a source is often named and not read
     from heatlens.media.frame_cache.neighbour_reader import NeighbourReader

@@ -25,9 +25,9 @@ from heatlens.media.scene.placing import place_scene
 from heatlens.media.scene.scene import Scene
 from heatlens.media.scene.scene_bounds import object_depth_m, object_names, track_of
 from heatlens.media.scene.scene_read import files_of_scene, is_demo, open_scene
-from heatlens.media.sequence.sequence import MissingPolicy, Stamp
+from heatlens.media.sequence.sequence import MissingPolicy, Stamp, stamp_files
 from heatlens.render.source.opened import Opened, Opening
-from heatlens.render.source.source import FrameLoader, Origin, Renderer, stamp_files
+from heatlens.render.source.source import FrameLoader, Origin, Renderer
 
 _STILL_FRAME = 1  # the frame of a scene in which nothing moves
 

@@ -3,7 +3,7 @@
 `Origin` records the files that a frame is made of, and their state when it was planned.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -13,24 +13,11 @@ from heatlens.core.model.focus.live_focus import Distances
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.plate import Plate
-from heatlens.media.sequence.sequence import MissingPolicy, Stamp, stamp_of
+from heatlens.media.sequence.sequence import MissingPolicy, StampedFile
 
 if TYPE_CHECKING:  # plates are planned, listed and exported by others without these
     from heatlens.media.scene.scene import Scene
     from heatlens.render.source.pinhole import Pinhole
-
-
-@dataclass(frozen=True)
-class StampedFile:
-    """A file and its stamp from before it was read; None for a missing file."""
-
-    path: Path
-    stamp: Stamp | None
-
-
-def stamp_files(paths: Iterable[Path]) -> tuple[StampedFile, ...]:
-    """Return the files with their current stamps."""
-    return tuple(StampedFile(path, stamp_of(path)) for path in paths)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.core.model.view.picture_view import PictureView
 from heatlens.core.model.view.view_geometry import fit_zoom
-from heatlens.media.sequence.sequence import MissingPolicy, Sequence
+from heatlens.media.sequence.sequence import MissingPolicy, Sequence, StampedFile, stamp_files
 from heatlens.render.defocus.line_solver import SolverName
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.rendered_frames.frame_filler import FrameJob, PlateFile
@@ -30,7 +30,6 @@ from heatlens.render.rendered_frames.frame_key import (
 )
 from heatlens.render.rendered_frames.stamp_book import LookUp, StampBook
 from heatlens.render.source.opened import Opened
-from heatlens.render.source.source import StampedFile, stamp_files
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.timeline import Timeline
 
