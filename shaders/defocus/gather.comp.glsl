@@ -1,6 +1,7 @@
 // Blurs by gathering: each pixel becomes the mean of the pixels inside the disc of its own circle of confusion (coc).
-// A sample counts if it is behind this pixel, because its light comes through the blur, or if its own disc reaches
-// this pixel; so sharp foregrounds do not smear. Riguer et al. 2003, Scheuermann and Tatarchuk 2004.
+// A sample counts if its own disc reaches this pixel, so sharp foregrounds do not smear. What is behind this pixel counts
+// with at least a share of this pixel's disc, because its light comes through the blur. A smaller disc is as much
+// brighter as its area is smaller. Riguer et al. 2003, Scheuermann and Tatarchuk 2004.
 //
 // Every pixel of the disc is sampled: with fewer, a highlight's disc breaks up into dots. One dispatch takes some rows
 // of the disc, for a band of the picture; sums are carried from one dispatch to the next.
@@ -31,6 +32,7 @@ layout(r32f) uniform image2D weight_img;
 
 #define LEAST_WEIGHT 1e-6  // a smaller sum of weights counts as no sample
 #define BEHIND_PX 0.5 // a coc larger by this much is behind, not on the same surface
+#define BEHIND_SHARE 0.25 // least disc of a sample behind, as a share of this pixel's disc
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, band_start), size = textureSize(color_tx, 0);
@@ -64,8 +66,10 @@ void main() {
             if (most_of(inside) <= 0.0) continue;
             float sample_coc = texelFetch(coc_tx, at + ivec2(x, y), 0).r;
 #endif
-            if (sample_coc < coc + BEHIND_PX)
-                inside = min(inside, aperture_coverage(offset, 0.5 * sample_coc, DISC_RAMP_PX, position));
+            float least = sample_coc < coc + BEHIND_PX ? 1.0 : max(BEHIND_SHARE * abs(coc), 1.0);
+            float disc = sample_coc < 0.0 ? min(sample_coc, -least) : max(sample_coc, least);
+            inside = min(inside, aperture_coverage(offset, 0.5 * disc, DISC_RAMP_PX, position))
+                * max(coc * coc / (disc * disc), 1.0);
             sum += times(inside, texelFetch(color_tx, at + ivec2(x, y), 0));
             weight += inside;
         }

@@ -26,6 +26,15 @@ def test_blurred_background_does_not_cover_sharp_foreground(ctx, renderer, metho
     np.testing.assert_allclose(row[:48], 1.0, atol=1e-5)  # nor does the sharp black smear into it
 
 
+@pytest.mark.parametrize("method", DISCS)
+def test_a_lamp_before_a_more_blurred_wall_keeps_its_light(ctx, renderer, method):
+    color = np.zeros((64, 64, 3), np.float32)
+    coc = np.full((64, 64), 20.0, np.float32)
+    color[32, 32], coc[32, 32] = 100.0, 6.0
+    light = render_with_method(renderer, coc_plate_of(color, coc), method)[..., 0]
+    assert light.sum() == pytest.approx(100.0, rel=0.06)
+
+
 def test_scatter_spills_blurred_foreground_over_sharp_background(ctx, renderer):
     """Compare with the share of the disc beyond the edge, 1 - F(x), F the disc's distribution."""
     row = render_with_method(renderer, two_halves(-20.0, 0.0), Method.SCATTER)[32, :, 0]
