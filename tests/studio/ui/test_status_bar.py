@@ -80,6 +80,11 @@ def test_problem_is_told_once(gui, tmp_path):
     gui.drawn.clear()
     gui.frame(3)
     assert "notice OK" in gui.drawn and "message" not in gui.drawn
+    for is_bare in (True, False):  # the picture alone has no notices
+        gui.ui.is_bare = is_bare
+        gui.drawn.clear()
+        gui.frame(3)
+        assert ("message" in gui.drawn) is is_bare is not ("notice OK" in gui.drawn)
     gui.click(gui.middle("notice OK"))
     gui.frame(2)
     assert "message" not in gui.drawn and not gui.session.messages.text

@@ -35,7 +35,11 @@ SHOWN_S = 12.0
 class Problem(str):
     """A message about an error or something impossible; it is shown in another color."""
 
-    __slots__ = ()
+    __slots__ = ("cause",)
+
+    def __init__(self, cause: object) -> None:
+        """Show the words of `cause`, an error or a sentence."""
+        self.cause = cause
 
 
 class Lasting(Problem):
@@ -95,7 +99,7 @@ class Messages(Worker):
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self.text = ""
-        self.is_problem = False
+        self.cause: object = None  # of a Problem; None for other messages
         self._clock = clock
         self._shown_since = 0.0
         self._is_lasting = False
@@ -106,9 +110,14 @@ class Messages(Worker):
         """Show a sentence instead of the previous one; its type tells how, and for how long."""
         LOG.info("%s", printable(sentence))
         self.text, self._shown_since = window_words(sentence), self._clock()
-        self.is_problem = isinstance(sentence, Problem)
+        self.cause = sentence.cause if isinstance(sentence, Problem) else None
         self._is_lasting = isinstance(sentence, Lasting)
         self._is_still_true = sentence.is_true if isinstance(sentence, Passing) else _always
+
+    @property
+    def is_problem(self) -> bool:
+        """True if the message is about an error or something impossible."""
+        return self.cause is not None
 
     def clear(self) -> None:
         """Show no message from now on."""

@@ -103,7 +103,7 @@ class Notices(Commands):
             return
         if not isinstance(refused.error, NoDepthError | UnknownNetworkError):
             answers = Answer("Open another...", dialog="open"), Answer("OK")
-            yield Notice(window_words(refused.message), answers, id(refused))
+            yield Notice(window_words(refused.message), answers, refused.error)
 
     def _about_stream(self) -> Iterator[Notice]:
         """Yield what a renderer sent that cannot be used, and when it has left."""

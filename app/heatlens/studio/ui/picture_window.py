@@ -112,7 +112,7 @@ class PictureWindow:
             self._draw_mark_loupe(pointed_mark)
             if bar_height:
                 draw_progress(self._board.facts, self.viewport.picture_view.viewport)
-        if not (self._ui.is_bare or self._hides_words):
+        if not self._hides_words:
             area = Viewport((corner.x, corner.y), (free_size.x, free_size.y - bar_height))
             draw_problem(self._ui, area)
         imgui.end()

@@ -77,11 +77,13 @@ def draw_progress(facts: Facts, viewport: Viewport) -> None:
 
 
 def has_problem(ui: UiState) -> bool:
-    """Return True if a sentence tells what has failed, and neither dialog nor notice tells it."""
-    sentence, notice = ui.messages.text, ui.files.notices.first
-    if not (sentence and ui.messages.is_problem) or _is_behind_dialog():
-        return False
-    return notice is None or sentence not in notice.words
+    """Return True if a message tells what has failed, and neither dialog nor notice tells it.
+
+    Notices are hidden while the picture is alone.
+    """
+    messages, notice = ui.messages, ui.files.notices.first
+    is_told = notice is not None and notice.about is messages.cause and not ui.is_bare
+    return bool(messages.text) and messages.is_problem and not (is_told or _is_behind_dialog())
 
 
 def _is_behind_dialog() -> bool:
