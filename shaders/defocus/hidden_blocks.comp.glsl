@@ -1,6 +1,5 @@
-// Prepares the guess of a layer's hidden pixels: clears them in the masks of visible pixels, and lists the pixels for
-// which guesses are made. Near visible pixels each hidden pixel has its own guess; deeper inside, the four pixels of a
-// block share one, but with EACH_PIXEL they do not.
+// Lists the pixels of a layer for which guesses are made. Near visible pixels each hidden pixel has its own guess; deeper
+// inside, the four pixels of a block share one, but with EACH_PIXEL they do not.
 //
 // Words: a pixel of a layer is visible if nearer layers leave it open, and hidden if the layer must be guessed there
 // (lib/hidden.lib.glsl). A block has 2 x 2 pixels. From a hidden pixel, each of four directions leads both ways to the
@@ -9,28 +8,18 @@
 // Inputs
 //   layer_tx       a below 0 if hidden (lib/hidden.lib.glsl); tiles that are not active are hidden too
 //   pixel list     the hidden pixels
-// Outputs
-//   bits_buf       a bit for each pixel, set if it is visible; each direction has a mask of its own. Before the pass
-//                  the bits of all pixels in active tiles are set (visible_bits_all.comp.glsl)
+// Output
 //   two lists      first: the first hidden pixel of each block; second: the others that have a guess of their own
 //                  (lib/hidden_block.lib.glsl)
-//   out_cost_img   NO_COST in blocks with hidden pixels and in those beside them, one texel a block
-//   out_match_img  with MATCHED, the same
 
-#include "lib/hidden.lib.glsl"  // line_of, position_of, words_per_line, first_word
-#include "lib/hidden_block.lib.glsl"  // MARK_WHOLE, neighbor_block, layer_size, PIXELS_PER_GROUP, append_word
+#include "lib/hidden.lib.glsl"  // marked_known
+#include "lib/hidden_block.lib.glsl"  // MARK_WHOLE, layer_size, PIXELS_PER_GROUP, append_word
 #include "lib/pixel_list.lib.glsl"  // FOR_EACH_LISTED
 #include "lib/tile_mask.lib.glsl"  // is_active
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
 uniform sampler2D layer_tx;
-layout(rgba32f) uniform writeonly image2D out_cost_img;
-#ifdef MATCHED
-layout(rgba32f) uniform writeonly image2D out_match_img;
-#endif
-layout(std430) buffer bits_block { uint bits_buf[]; };
-uniform bool is_second_round;  // in which pixels with a guess are visible (lib/entering.lib.glsl)
 uniform int slices;  // number of slices in which later passes work through the list
 #ifdef EACH_PIXEL
 #define MAY_SHARE false
@@ -38,31 +27,6 @@ uniform int slices;  // number of slices in which later passes work through the 
 #define MAY_SHARE true
 #endif
 #define DEEP_PX 3  // distance from all visible pixels, along rows and columns, from which the guess is smooth
-
-// Marks a pixel as visible or not, in the masks of all directions.
-void mark_pixel(ivec2 at, bool is_visible) {
-    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) {
-        int i = position_of(k, at);
-        int line = line_of(k, at, layer_size) * words_per_line(k, layer_size);
-        int word = first_word(k, layer_size) + line + (i >> 5);
-        uint bit = 1u << (i & 31);
-        if (is_visible) atomicOr(bits_buf[word], bit);
-        else atomicAnd(bits_buf[word], ~bit);
-    }
-}
-
-// Writes -1 to a block and its neighbors, if `is_needed`. The loop stops after one round otherwise.
-void clear_cost(ivec2 block, bool is_needed) {
-    int i = 0;
-    do {
-        ivec2 neighbor = neighbor_block(block, i);
-        if (!is_needed) continue;
-        imageStore(out_cost_img, neighbor, vec4(NO_COST));
-#ifdef MATCHED
-        imageStore(out_match_img, neighbor, vec4(-1.0));
-#endif
-    } while (is_needed && ++i < 9);
-}
 
 // True if an alpha is that of a pixel less than half known. Pixels of a surface that passes into the layer or out of it
 // are marked as hidden before, but what is guessed beside them must not jump then.
@@ -96,17 +60,13 @@ bool is_surrounded(ivec2 first) {
         is_unknown_at(first - ivec2(0, DEEP_PX)) && is_unknown_at(first + ivec2(0, far));
 }
 
-// Clears a hidden pixel, and lists it unless its block is listed as a whole. In the second round, a
-// pixel with a guess is visible from now on.
+// Lists a hidden pixel, unless its block is listed as a whole. In the second round, pixels with a guess are not hidden.
 void list_block(ivec2 at) {
-    bool has_guess = texelFetch(layer_tx, at, 0).a >= 0.0;
-    if (has_guess || !is_second_round) mark_pixel(at, has_guess);
-    if (has_guess) return;
+    if (texelFetch(layer_tx, at, 0).a >= 0.0) return;
     ivec2 first = at & ~1, pixel_in_block = at - first;
     uvec2 hidden = hidden_in(first);
     uint earlier_bits = (1u << (pixel_in_block.x + 2 * pixel_in_block.y)) - 1u;
     bool is_first = (hidden.x & earlier_bits) == 0u, is_whole = hidden.y == 15u && is_surrounded(first);
-    clear_cost(at >> 1, is_first && !is_second_round);
     if (is_first || !is_whole)
         append_word(is_first, uint(at.y) << 16 | uint(at.x) | (is_whole ? MARK_WHOLE : 0u), slices);
 }

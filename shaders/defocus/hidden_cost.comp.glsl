@@ -8,7 +8,7 @@
 //
 // Inputs
 //   layer_tx       rgb times coverage, a coverage; below 0 in a hidden pixel (lib/hidden.lib.glsl)
-//   bits_buf       a bit for each pixel, set if it is visible; each direction has a mask of its own
+//   bits_buf, words_buf   visible pixels (lib/visible_ends.lib.glsl)
 //   two lists      first: the first hidden pixel of each block (hidden_blocks.comp.glsl)
 //   coc_tx         r signed coc of the picture, read where a surface passes into the layer (lib/entering.lib.glsl)
 // Output (one texel a block; only blocks with hidden pixels are written)
@@ -23,7 +23,7 @@
 
 #include "lib/hidden_block.lib.glsl"  // layer_size, PIXELS_PER_GROUP, FOR_EACH_IN_FIRST, pixel_of_word
 #include "lib/entering.lib.glsl"  // is_second_round, has_entering, entering_of
-#include "lib/visible_bits.lib.glsl"  // is_visible, is_beyond_reach, ends_of, DIRECTION
+#include "lib/visible_ends.lib.glsl"  // is_visible, is_beyond_reach, all_ends_of, DIRECTION
 #include "lib/tone.lib.glsl"  // compress_light
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
@@ -94,9 +94,6 @@ float cost_of(ivec2 at, int k, ivec2 ends) {
 
 #ifdef MATCHED
 #include "lib/match.lib.glsl"  // match_of, out_match_img
-#define IS_MATCHED true
-#else
-#define IS_MATCHED false
 #endif
 
 // The costs of the second round, mixed with those of the first as far as the ends of the second are partly known.
@@ -111,10 +108,8 @@ vec4 mixed_with_first(vec4 first, vec4 second, ivec2 at, ivec2 ends[HIDDEN_DIREC
 void compare_ends(uint listed) {
     ivec2 at = pixel_of_word(listed);
     vec4 cost = vec4(NO_COST);
-    ivec2 ends[HIDDEN_DIRECTIONS] =
-        ivec2[](ends_of(0, at, layer_size), ends_of(1, at, layer_size), ivec2(0), ivec2(0));
+    ivec2 ends[HIDDEN_DIRECTIONS] = all_ends_of(at, layer_size);
     bool needs_ends = line_share_of(ends[0], ends[1], reach_px) < 1.0;  // lines alone need no ends
-    for (int k = 2; (IS_MATCHED || needs_ends) && k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, layer_size);
     bool is_in_reach = !is_beyond_reach(ends) && (!is_second_round || has_entering(at, ends));
     bool is_needed = needs_ends && is_in_reach;  // a lens sees nothing beyond reach
     for (int k = 0; is_needed && k < HIDDEN_DIRECTIONS; ++k)

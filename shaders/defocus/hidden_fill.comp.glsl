@@ -16,8 +16,9 @@
 //
 // Inputs
 //   cost_tx           one channel a direction (hidden_cost.comp.glsl), NO_COST for visible blocks beside hidden ones
-//   around_tx         r luminance of the surroundings of highlights (highlight_split.comp.glsl), read if has_highlights
-//   bits_buf          visible pixels (hidden_blocks.comp.glsl)
+//   around_tx         with HIGHLIGHTS, for a layer in focus at full size: r luminance of the surroundings of highlights
+//                     (highlight_split.comp.glsl)
+//   bits_buf, words_buf   visible pixels (lib/visible_ends.lib.glsl)
 //   two lists         the pixels to guess (hidden_blocks.comp.glsl)
 //   listed_tx         with LISTS: r share known from lists, g depth in pixels behind the silhouette that the lens can
 //                     see (layer_split.comp.glsl); as deep as that, lists are preferred to a guess
@@ -35,13 +36,14 @@
 #include "lib/highlight_limit.lib.glsl"  // highlight_share, dim, undim
 #include "lib/layer.lib.glsl"  // solidity
 #include "lib/entering.lib.glsl"  // is_entered, is_second_round, free_share_at, has_entering ...
-#include "lib/visible_bits.lib.glsl"  // is_visible, is_beyond_reach, ends_of, hidden_mark, marked_known, marked_cover ...
+#include "lib/visible_ends.lib.glsl"  // is_visible, is_beyond_reach, all_ends_of, hidden_mark, marked_known, marked_cover ...
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
 uniform sampler2D cost_tx;
+#ifdef HIGHLIGHTS
 uniform sampler2D around_tx;
-uniform bool has_highlights;  // the layer is in focus, at full size, and may contain highlights
+#endif
 #ifdef LINES
 uniform sampler2D rows_steadiness_tx;
 uniform sampler2D columns_steadiness_tx;
@@ -63,6 +65,7 @@ layout(rg32f) uniform writeonly image2D out_state_img;
 #define DULL_REACH 0.8         // share of the distance to an end that is averaged behind it where the guess is smooth
 #define ONE_END_WEIGHT 0.02    // weight of an end without a partner: it gives color but no structure
 #define DIAGONAL_LOSS 40.0     // how much less diagonals count where lines are followed, as a logarithm
+#define LOG_OF_NONE (-69.0)    // logarithm of what an end counts that does not exist
 #define LINE_BEHIND 0.6        // how far the pixels behind an end are averaged where lines are followed, in steps
 #define MOST_SHOWN 0.85        // how far the nearer layer, which has the same surface, shows it at most: its guess is soft
 #define BEHIND_REACH 0.26      // share of an end's diameter that is averaged behind it, with falling weight
@@ -77,7 +80,11 @@ struct Content {
 
 // The share of a pixel's color that is a highlight.
 float highlight_share_at(vec3 color, ivec2 at) {
-    return has_highlights ? highlight_share(color, texelFetch(around_tx, at >> 1, 0).r) : 0.0;
+#ifdef HIGHLIGHTS
+    return highlight_share(color, texelFetch(around_tx, at >> 1, 0).r);
+#else
+    return 0.0;
+#endif
 }
 
 // The visible content of a pixel; a highlight is reduced to its surroundings, because it must not
@@ -127,9 +134,6 @@ Content end_at(ivec2 end, ivec2 away_direction, float step_px, float smooth_px, 
 
 #ifdef LISTS
 uniform sampler2D listed_tx;
-#define IS_LISTED true
-#else
-#define IS_LISTED false
 #endif
 
 #ifdef MATCHED
@@ -193,25 +197,34 @@ EndWeights weights_of(int k, ivec2 ends, float cost, float smooth_share) {
 }
 
 #ifdef LINES
-// The logarithm of the weight of the row or column of a pixel, between its two nearest nodes.
-float steadiness_at(ivec2 at, int k) {
-    float position = max((float(at[k]) + 0.5) / float(LINE_NODE) - 0.5, 0.0);
-    int low = int(position), high = min(low + 1, (layer_size[k] - 1) / LINE_NODE);
-    float a = k == 0 ? texelFetch(rows_steadiness_tx, ivec2(low, at.y), 0).r
-                     : texelFetch(columns_steadiness_tx, ivec2(at.x, low), 0).r;
-    float b = k == 0 ? texelFetch(rows_steadiness_tx, ivec2(high, at.y), 0).r
-                     : texelFetch(columns_steadiness_tx, ivec2(at.x, high), 0).r;
-    return mix(a, b, fract(position));
+// The texel before a position along a row or a column, the one behind it, and the share of the latter.
+struct Nodes {
+    int low, high;
+    float share;
+};
+Nodes nodes_at(int position, int length) {
+    float at = max((float(position) + 0.5) / float(LINE_NODE) - 0.5, 0.0);
+    return Nodes(int(at), min(int(at) + 1, (length - 1) / LINE_NODE), fract(at));
+}
+
+// The logarithms of the weights of the row and the column of a pixel, each between its two nearest nodes.
+vec2 steadiness_at(ivec2 at) {
+    Nodes row = nodes_at(at.x, layer_size.x), column = nodes_at(at.y, layer_size.y);
+    vec2 low = vec2(texelFetch(rows_steadiness_tx, ivec2(row.low, at.y), 0).r,
+                    texelFetch(columns_steadiness_tx, ivec2(at.x, column.low), 0).r);
+    vec2 high = vec2(texelFetch(rows_steadiness_tx, ivec2(row.high, at.y), 0).r,
+                     texelFetch(columns_steadiness_tx, ivec2(at.x, column.high), 0).r);
+    return mix(low, high, vec2(row.share, column.share));
 }
 
 // Mixes the weights of direction k with those where the guess follows lines, by `share`. There only rows and columns
 // count, by how steady they are and how near their ends, and a line with one end goes on too. Weights are mixed by
 // their logarithms.
-EndWeights with_lines(EndWeights by_ends, int k, ivec2 at, ivec2 ends, float share) {
+EndWeights with_lines(EndWeights by_ends, vec2 steadiness, int k, ivec2 ends, float share) {
     float line_px = float(max(line_step_px, 1));
-    vec2 near = exp(-vec2(ends) / (near_steps * line_px)) * step(0.5, vec2(ends)) + 1e-30;
-    vec2 log_line = log(near) + (near_power - 1.0) * log(near.x + near.y);
-    log_line += k > 1 ? vec2(-DIAGONAL_LOSS) : vec2(steadiness_at(at, k & 1));
+    vec2 log_near = mix(vec2(LOG_OF_NONE), -vec2(ends) / (near_steps * line_px), step(0.5, vec2(ends)));
+    vec2 log_line = log_near + (near_power - 1.0) * log(exp(log_near.x) + exp(log_near.y));
+    log_line += k > 1 ? -DIAGONAL_LOSS : k == 0 ? steadiness.x : steadiness.y;
     vec2 weight = exp(mix(log(max(by_ends.weight, 1e-12)), log_line, share));
     return EndWeights(weight, mix(by_ends.smooth_px, vec2(LINE_BEHIND * line_px), share));
 }
@@ -219,21 +232,23 @@ EndWeights with_lines(EndWeights by_ends, int k, ivec2 at, ivec2 ends, float sha
 
 // Makes the guess for a pixel: the weighted mean of the ends of all directions. If no end is within reach, nothing is
 // added; the loops end after one round, which costs less on a software rasterizer than a branch
-// (lib/visible_bits.lib.glsl).
+// (lib/visible_ends.lib.glsl).
 void make_guess(ivec2 at, ivec2 size, out Guess guess) {
-    ivec2 ends[HIDDEN_DIRECTIONS] = ivec2[](ends_of(0, at, size), ends_of(1, at, size), ivec2(0), ivec2(0));
+    ivec2 ends[HIDDEN_DIRECTIONS] = all_ends_of(at, size);
     float line_share = line_share_of(ends[0], ends[1], reach_px);
-    for (int k = 2; (IS_LISTED || line_share < 1.0) && k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
     bool is_in_reach = !is_beyond_reach(ends) && (!is_second_round || has_entering(at, ends));
     vec4 cost = mean_cost(at >> 1, is_in_reach && line_share < 1.0);
     Content sum = Content(vec4(0.0), 0.0);
     vec2 entering = vec2(0.0);
     float weights = 0.0, smooth_share = smooth_share_of(ends, cost);
+#ifdef LINES
+    vec2 steadiness = steadiness_at(at);
+#endif
     int k = 0, directions = line_share < 1.0 ? HIDDEN_DIRECTIONS : 2;  // where lines alone decide, no diagonals
     do {
         EndWeights ends_weight = weights_of(k, ends[k], cost[k], smooth_share);
 #ifdef LINES
-        ends_weight = with_lines(ends_weight, k, at, ends[k], line_share);
+        ends_weight = with_lines(ends_weight, steadiness, k, ends[k], line_share);
 #endif
         vec2 smooth_px = ends_weight.smooth_px;
         float step_px = STEP_LENGTH[k];

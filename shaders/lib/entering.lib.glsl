@@ -12,9 +12,14 @@
 #include "lib/hidden.lib.glsl"  // DIRECTION
 #include "lib/layer.lib.glsl"  // END, coverage, visibility
 
-uniform bool is_entered;       // a surface passes into the layer, and there are two rounds
+#ifdef ENTERED
+const bool is_entered = true;  // a surface passes into the layer, and there are two rounds
 uniform bool is_second_round;
-uniform sampler2D coc_tx;      // r signed coc of the picture, of the size of the layer
+#else
+const bool is_entered = false;
+const bool is_second_round = false;
+#endif
+uniform sampler2D coc_tx;      // with ENTERED: r signed coc of the picture, of the size of the layer
 
 // How far the nearer layer leaves a pixel of this visibility free, 0..1.
 float free_share(float visible) { return visible < END ? 1.0 - coverage(1.0 - visible) : 1.0; }

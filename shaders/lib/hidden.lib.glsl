@@ -18,7 +18,8 @@ float hidden_mark(float cover, float known) { return -1.0 - cover - 4.0 * floor(
 float marked_known(float alpha) { return floor((-1.0 - alpha) / 4.0) / KNOWN_STEPS; }
 float marked_cover(float alpha) { return -1.0 - alpha - 4.0 * KNOWN_STEPS * marked_known(alpha); }
 
-#define NOWHERE (-1)
+#define NO_COST (-1.0)  // cost of a direction (hidden_cost.comp.glsl) that has no two ends; others are above -0.5
+#define NO_WORD 0xffffu  // in place of the number of a word of a line
 
 const ivec2 DIRECTION[HIDDEN_DIRECTIONS] = ivec2[](ivec2(1, 0), ivec2(0, 1), ivec2(1, 1), ivec2(-1, 1));
 

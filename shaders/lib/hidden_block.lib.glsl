@@ -6,7 +6,6 @@
 
 uniform ivec2 layer_size;  // in pixels of its own; a smaller layer is in the corner of the images
 
-#define NO_COST (-1.0)  // cost of a direction (hidden_cost.comp.glsl) that has no two ends; others are above -0.5
 #define ALIKE_VARIANCE 0.04  // variance in compressed color: ends that differ by 0.2 have much less weight
 
 #define MARK_WHOLE 0x80000000u  // flag of a word: the pixel's guess serves its whole block

@@ -7,7 +7,7 @@
 //
 // Inputs
 //   layer_tx     rgb times coverage, a coverage, in visible pixels
-//   bits_buf     pixels of active tiles (lib/visible_bits.lib.glsl)
+//   bits_buf     visible pixels (visible_bits.comp.glsl); with ENTERED all in active tiles
 // Output
 //   out_steadiness_img   r logarithm of the weight of the line, one texel for each node
 //
@@ -15,10 +15,10 @@
 
 #include "lib/number.lib.glsl"  // Num, Value, ZERO_NUM, value, real_part
 #include "lib/line.lib.glsl"  // for the strategy that solves this system
-#include "lib/entering.lib.glsl"  // is_entered, free_share, coc_tx
+#include "lib/entering.lib.glsl"  // free_share, coc_tx
 #include "lib/strips.lib.glsl"  // for the strategy that solves this system
 #include "lib/tone.lib.glsl"  // compress_light, mean_of
-#include "lib/visible_bits.lib.glsl"  // is_visible
+#include "lib/visible_bits.lib.glsl"  // visible_from
 
 uniform Num kappa[POLES];      // square of the distance in nodes over which a line is measured
 uniform ivec2 layer_size;      // in pixels of its own
@@ -45,12 +45,17 @@ struct Input {
 
 Input input_at(ivec2 node) {
     vec4 sum = vec4(0.0);
+    ivec2 first = node + ALONG * (LINE_NODE - 1) * node;
+    uint visible = visible_from(ALONG.y, first, layer_size);
     for (int i = SAMPLE_PX / 2; i < LINE_NODE; i += SAMPLE_PX) {
-        ivec2 at = node + ALONG * ((LINE_NODE - 1) * node + i);
-        if (any(greaterThanEqual(at, layer_size)) || !is_visible(at, layer_size)) continue;
+        ivec2 at = first + ALONG * i;
+        if ((visible >> i & 1u) == 0u) continue;
         vec4 layer = texelFetch(layer_tx, at, 0);
-        float share = layer.a >= 0.0 ? 1.0 : is_entered ? free_share(visibility(texelFetch(coc_tx, at, 0).r)) : 0.0;
+        float share = 1.0;
+#ifdef ENTERED
+        if (layer.a < 0.0) share = free_share(visibility(texelFetch(coc_tx, at, 0).r));
         if (layer.a < 0.0) layer.a = marked_cover(layer.a);
+#endif
         vec2 toned = vec2(LIGHT_SHARE * mean_of(compress_light(layer.rgb / max(layer.a, 1e-4))), 1.0) * layer.a;
         sum += share * vec4(1.0, toned, dot(toned, toned));
     }

@@ -7,12 +7,11 @@ from heatlens.render.defocus.layer_cuts import FARTHER_THAN_ALL, NEARER_THAN_ALL
 from heatlens.render.defocus.layer_passes import Layer
 from heatlens.render.defocus.line_solver import usual_solver
 from heatlens.render.defocus.pixel_list import list_bytes
-from heatlens.render.defocus.tile_mask import TileList, TileMask, WholePictures, visibility_bytes
-from heatlens.render.defocus.tile_pass import VisibleBitsPass
+from heatlens.render.defocus.tile_mask import TileList, VisiblePixels, WholePictures
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import blocks_for
 from heatlens.render.gpu.resources import Buffer
-from heatlens.render.gpu.textures import BufferParts, FloatArray, download, new_texture, upload
+from heatlens.render.gpu.textures import FloatArray, download, new_texture, upload
 
 HIDDEN = -1.0  # nothing of the pixel is seen
 PADDING_PX = (5, 3)  # a smaller layer is in the corner of its textures
@@ -36,14 +35,13 @@ def fill_hidden(
     head = np.array([-(-len(hidden) // 64), 1, 1, len(hidden)], np.uint32)
     pixels = ctx.buffer(reserve=list_bytes(size))
     pixels.write(np.concatenate([head, hidden[:, 0] << 16 | hidden[:, 1]]).tobytes())
-    bits, tiles = ctx.buffer(reserve=visibility_bytes(size)), TileMask.bytes_for(size)
-    VisibleBitsPass(ctx).mark([size], BufferParts(mask.words, tiles), BufferParts(bits, bits.size))
+    visible = VisiblePixels(*(ctx.buffer(reserve=VisiblePixels.bytes_for(size)) for _ in range(2)))
     cost = new_texture(ctx, blocks_for(whole, 2), 4)
     upload(cost, np.full((*blocks_for(whole, 2)[::-1], 4), np.nan, np.float32))
     has_shapes = shape_share is not None
     lines = Steadiness(*(new_texture(ctx, nodes, 1) for nodes in Steadiness.sizes(whole)))
     scratch = HiddenScratch(
-        bits,
+        visible,
         ctx.buffer(reserve=list_bytes(size)),
         cost,
         lines=lines if has_shapes else None,

@@ -17,7 +17,7 @@ from heatlens.render.defocus.kernels import named_kernel
 from heatlens.render.defocus.layer_cuts import FARTHER_THAN_ALL, NEARER_THAN_ALL, LayerCut
 from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.line_solver import Band, LineSolver, LineSystem
-from heatlens.render.defocus.tile_mask import visibility_bytes
+from heatlens.render.defocus.tile_mask import VisiblePixels
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram
 from heatlens.render.gpu.shader_constants import LINE_NODE
@@ -154,7 +154,7 @@ def probe_steadiness(ctx: Device, probe: ContractProbe, rng) -> None:
     across, down = size = SIZE[0] * LINE_NODE, SIZE[1] * LINE_NODE
     color = new_texture(ctx, size, 4)
     upload(color, rng.random((down, across, 4), np.float32))
-    words = rng.integers(0, 1 << 32, visibility_bytes(size) // 4, np.uint32)
+    words = rng.integers(0, 1 << 32, VisiblePixels.bytes_for(size) // 4, np.uint32)
     words[rng.random(words.size) < 0.5] = 0
     lines = Steadiness(*(new_texture(ctx, nodes, 1) for nodes in Steadiness.sizes(size)))
     ends = Ends(color, LayerCut(NEARER_THAN_ALL, FARTHER_THAN_ALL))

@@ -17,21 +17,23 @@ from heatlens.render.defocus.pixel_list import Slices
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.tile_mask import (
     TileMask,
+    VisiblePass,
+    VisiblePixels,
     tile_count,
-    visibility_bytes,
     visibility_words,
 )
-from heatlens.render.defocus.tile_pass import LayerTiles, TilePass, VisibleBitsPass
+from heatlens.render.defocus.tile_pass import LayerTiles, TilePass
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.program import groups_for
 from heatlens.render.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE
-from heatlens.render.gpu.textures import BufferParts, download, new_texture, upload
+from heatlens.render.gpu.textures import download, new_texture, upload
 from support.fragment_lists import packed_lists
 from support.layers import ladder_of
 from support.plates import lens_blurring, plate_of, room
 
 # Tiles (down, across) of `room_behind_wall`, 480 px wide.
 IN_WINDOW, FAR_LEFT, FAR_RIGHT = np.s_[4:8, 14:16], np.s_[:9], np.s_[20:]
+NO_WORD = 0xFFFF  # in place of the number of a word of visible pixels (lib/hidden.lib.glsl)
 
 
 def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, float], int]]:
@@ -214,26 +216,38 @@ def visible_pixels(bits: np.ndarray, direction: int, size: tuple[int, int]) -> n
     return (word >> (position % 32) & 1).astype(bool)
 
 
-def test_visible_bits_mark_active_tiles_in_every_direction(ctx, rng):
-    sizes = [(331, 77), (45, 150), (16, 16)]
-    tiles = [rng.random(tile_count(size)[::-1]) < 0.5 for size in sizes]
-    masks, bits = (
-        BufferParts(ctx.buffer(b"\xa5" * (3 * part_bytes)), part_bytes)  # not empty before
-        for part_bytes in (
-            BufferParts.bytes_for(max(map(byte_count, sizes)))
-            for byte_count in (TileMask.bytes_for, visibility_bytes)
-        )
-    )
-    for layer, active in enumerate(tiles):
-        masks.whole.write(active.astype(np.uint32).tobytes(), offset=masks[layer].first)
-    VisibleBitsPass(ctx).mark(sizes, masks, bits)
-    for layer, (size, active) in enumerate(zip(sizes, tiles, strict=True)):
-        words = np.frombuffer(bits[layer].read(), np.uint32)[: visibility_bytes(size) // 4]
-        expected = np.kron(active, np.ones((TILE, TILE)))[: size[1], : size[0]] != 0
-        for direction in range(HIDDEN_DIRECTIONS):
-            np.testing.assert_array_equal(visible_pixels(words, direction, size), expected)
-        counted = np.unpackbits(words.view(np.uint8)).sum()
-        assert counted == HIDDEN_DIRECTIONS * expected.sum()  # none beyond the edge
+def next_words(bits: np.ndarray, per_line: int) -> np.ndarray:
+    """Return the next words with any bit and the previous ones, as they are packed."""
+    any_bit = bits.reshape(-1, per_line) != 0
+    number = np.arange(per_line)
+    after = np.where(any_bit, number, NO_WORD)[:, ::-1]
+    following = np.minimum.accumulate(after, axis=1)[:, ::-1]
+    before = np.maximum.accumulate(np.where(any_bit, number, -1), axis=1)
+    none = np.full((len(any_bit), 1), NO_WORD)
+    ahead, back = np.hstack([following[:, 1:], none]), np.hstack([none, before[:, :-1]])
+    return ahead << 16 | np.where(back < 0, NO_WORD, back)
+
+
+@pytest.mark.parametrize("size", [(331, 77), (45, 150), (16, 16)])
+def test_visible_bits_mark_pixels_in_every_direction(ctx, rng, size):
+    active = rng.random(tile_count(size)[::-1]) < 0.5
+    words = ctx.buffer(active.astype(np.uint32).tobytes())
+    mask = TileMask(words, tile_count(size), words, words)
+    alpha = np.where(rng.random(size[::-1]) < 0.02, 0.5, -1.5)
+    color = new_texture(ctx, size, 4)
+    upload(color, np.repeat(alpha[..., None], 4, axis=-1).astype(np.float32))
+    out = VisiblePixels(*(ctx.buffer(b"\xa5" * VisiblePixels.bytes_for(size)) for _ in "bw"))
+    VisiblePass(ctx).mark(color, size, mask, out)
+    expected = (np.kron(active, np.ones((TILE, TILE)))[: size[1], : size[0]] != 0) & (alpha > 0)
+    bits, found = (np.frombuffer(buffer.read(), np.uint32) for buffer in (out.bits, out.words))
+    assert np.unpackbits(bits.view(np.uint8)).sum() == HIDDEN_DIRECTIONS * expected.sum()
+    counts = visibility_words(size)
+    for direction in range(HIDDEN_DIRECTIONS):
+        np.testing.assert_array_equal(visible_pixels(bits, direction, size), expected)
+        part = slice(sum(counts[:direction]), sum(counts[: direction + 1]))
+        per_line = groups_for(size[0] if direction == 0 else size[1], 32)
+        expected_words = next_words(bits[part], per_line)
+        np.testing.assert_array_equal(found[part].reshape(-1, per_line), expected_words)
 
 
 @pytest.mark.parametrize("reduction", [1, 2, 4])

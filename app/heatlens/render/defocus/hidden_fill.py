@@ -2,16 +2,18 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 from heatlens.render.defocus.layer_cuts import LayerCut
 from heatlens.render.defocus.layer_passes import Layer, limit_uniforms
 from heatlens.render.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
 from heatlens.render.defocus.pixel_list import OF_BOTH, WHOLE_LIST, Slices, clear_list
+from heatlens.render.defocus.tile_mask import VisiblePass, VisiblePixels
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, groups_for
 from heatlens.render.gpu.resources import Buffer, StorageBuffer, Texture
-from heatlens.render.gpu.shader_constants import LINE_NODE
+from heatlens.render.gpu.shader_constants import LINE_NODE, WORD_GROUP
 
 _Textures = dict[str, Texture]
 _LINE_STEPS = 107  # steps of a line along the longer side of a picture
@@ -67,7 +69,7 @@ class Ends:
     @property
     def uniforms(self) -> dict[str, object]:
         """The uniforms by their names in the shaders."""
-        return limit_uniforms(self.cut) | {"is_entered": self.are_entered}
+        return limit_uniforms(self.cut)
 
 
 # Recursive sums of all pixels along a line, in place of samples behind the two ends of each hidden
@@ -76,7 +78,8 @@ class Ends:
 class SteadinessPass:
     """Measures rows and columns by the variance of all that is visible of them."""
 
-    _SYSTEM = LineSystem("lib/steadiness_system.lib.glsl")
+    SYSTEM = LineSystem("lib/steadiness_system.lib.glsl")
+    ENTERED_SYSTEM = replace(SYSTEM, defines=(("ENTERED", 1),))
 
     def __init__(self, solver: LineSolver) -> None:
         self._solver = solver
@@ -85,15 +88,16 @@ class SteadinessPass:
         self,
         color: Texture,
         size: tuple[int, int],
-        active_bits: StorageBuffer,
+        bits: StorageBuffer,
         ends: Ends,
         out: Steadiness,
     ) -> Iterator[None]:
         """Write to `out` the logarithms of the weights of lines of a layer of `size`.
 
-        `color` is that of the layer, before the guess; `active_bits` has the pixels in its active
-        tiles. The steps are short.
+        `color` is that of the layer, before the guess; `bits` has its visible pixels, or if the
+        `ends` are entered all pixels in its active tiles. The steps are short.
         """
+        system = self.ENTERED_SYSTEM if ends.are_entered else self.SYSTEM
         measured_nodes = _MEASURED_STEPS * line_step_px(size) / LINE_NODE
         axes: tuple[tuple[Axis, Texture], ...] = ("rows", out.rows), ("columns", out.columns)
         for (axis, image), nodes in zip(axes, out.sizes(size), strict=True):
@@ -101,16 +105,16 @@ class SteadinessPass:
                 {"layer_tx": color} | ends.textures,
                 {"out_steadiness_img": image},
                 {"kappa": measured_nodes**2, "layer_size": size} | ends.uniforms,
-                {"bits_block": active_bits},
+                {"bits_block": bits},
             )
-            yield from self._solver.steps(self._SYSTEM, axis, nodes, bindings)
+            yield from self._solver.steps(system, axis, nodes, bindings)
 
 
 @dataclass(frozen=True)
 class HiddenScratch:
     """The scratch memory of the hidden fill.
 
-    bits    which pixels are visible; at first all are, see `VisibleBitsPass`
+    visible  which pixels are visible
     blocks  list of blocks to fill, of size `list_bytes` of the picture
     cost    RGBA of a pixel for each block of 2 x 2: how much the visible pixels at both ends
             differ, one direction in each channel
@@ -119,16 +123,16 @@ class HiddenScratch:
     lines   how steady rows and columns are; None for a layer that does not follow them
     """
 
-    bits: StorageBuffer
+    visible: VisiblePixels
     blocks: Buffer
     cost: Texture
     match: Texture | None = None
     lines: Steadiness | None = None
 
     @property
-    def lists(self) -> dict[str, StorageBuffer]:
+    def lists(self) -> dict[str, Buffer]:
         """The storage blocks with the blocks of pixels to fill, and with the visible pixels."""
-        return {"bits_block": self.bits, "two_lists_block": self.blocks}
+        return self.visible.buffers | {"two_lists_block": self.blocks}
 
 
 # How far off an end of a line counts, in steps of a line, and the power with which a line counts by
@@ -148,9 +152,10 @@ class HiddenFillPass:
 
     def __init__(self, ctx: Device, solver: LineSolver) -> None:
         self._steadiness = SteadinessPass(solver)
-        self._blocks, self._cost, self._fill = (
+        self._visible = VisiblePass(ctx)
+        self._rims, self._blocks, self._cost, self._fill = (
             ComputeProgram(ctx, f"defocus/hidden_{name}.comp.glsl")
-            for name in ("blocks", "cost", "fill")
+            for name in ("rims", "blocks", "cost", "fill")
         )
         self._slices = Slices(ctx)
 
@@ -173,20 +178,26 @@ class HiddenFillPass:
         `each_pixel`, pixels far from visible ones are guessed one by one too. If the `ends`
         are entered, there is a second round, in which pixels known in part are ends as well.
         """
-        uniforms: dict[str, object] = ends.uniforms | {
-            "reach_px": reach_px,
-            "layer_size": layer.size,
-            "line_step_px": line_step_px(layer.size),
-        }
-        fill_uniforms: dict[str, object] = {"has_highlights": around is not None}
+        uniforms = ends.uniforms | {"reach_px": reach_px, "layer_size": layer.size}
+        uniforms["line_step_px"] = line_step_px(layer.size)
         lines = scratch.lines
-        fill_uniforms |= {} if lines is None else _near_uniforms(shape_share)
+        fill_uniforms = {} if lines is None else _near_uniforms(shape_share)
+        mark = partial(self._visible.mark, layer.color, layer.size, layer.mask, scratch.visible)
+        mark()
+        yield
+        self._clear_rims(layer, scratch)
+        if ends.are_entered:
+            mark(are_hidden_visible=True)
         if lines is not None:
-            yield from self._steadiness.steps(layer.color, layer.size, scratch.bits, ends, lines)
+            yield from self._steadiness.steps(
+                layer.color, layer.size, scratch.visible.bits, ends, lines
+            )
         for is_second in (False, True) if ends.are_entered else (False,):
-            self._list_blocks(layer, pixels, scratch, each_pixel, is_second)
+            if ends.are_entered:
+                uniforms["is_second_round"] = is_second
+                mark()
+            self._list_blocks(layer, pixels, scratch, each_pixel)
             yield
-            uniforms["is_second_round"] = is_second
             yield from self._guess(layer, scratch, ends, around, uniforms, fill_uniforms)
 
     def _guess(
@@ -202,6 +213,10 @@ class HiddenFillPass:
         info_textures: _Textures = {} if layer.list_info is None else {"listed_tx": layer.list_info}
         match_inputs, out_match, match_textures = _match_textures(layer, scratch)
         variant = {"MATCHED": bool(match_textures), "LINES": scratch.lines is not None}
+        variant["ENTERED"] = ends.are_entered
+        fill = self._fill.version(
+            LISTS=bool(info_textures), HIGHLIGHTS=around is not None, **variant
+        )
         for slice_uniforms in self._slices.of(layer.size):
             self._cost.version(**variant).dispatch(
                 scratch.blocks,
@@ -211,11 +226,12 @@ class HiddenFillPass:
                 uniforms=uniforms | slice_uniforms,
             )
             yield
-        textures = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | ends.textures
+        textures = {"cost_tx": scratch.cost} | ends.textures
+        textures |= {} if around is None else {"around_tx": around}
         textures |= {"state_tx": layer.state} | info_textures | match_textures
         textures |= {} if scratch.lines is None else scratch.lines.textures
         for slice_uniforms in self._slices.of(layer.size):
-            self._fill.version(LISTS=bool(info_textures), **variant).dispatch(
+            fill.dispatch(
                 scratch.blocks,
                 offset=OF_BOTH,
                 textures=textures,
@@ -225,34 +241,33 @@ class HiddenFillPass:
             )
             yield
 
+    def _clear_rims(self, layer: Layer, scratch: HiddenScratch) -> None:
+        """Clear what was measured of visible blocks beside hidden ones."""
+        width, height = layer.size
+        invocations = groups_for(width, 32) * groups_for(height, 2)
+        self._rims.version(MATCHED=scratch.match is not None).dispatch(
+            (groups_for(invocations, WORD_GROUP), 1),
+            images={"out_cost_img": scratch.cost} | _match_textures(layer, scratch)[1],
+            buffers={"bits_block": scratch.visible.bits, "tile_mask_block": layer.mask.words},
+            uniforms={"layer_size": layer.size} | layer.mask.uniforms,
+        )
+
     def _list_blocks(
-        self,
-        layer: Layer,
-        pixels: Buffer,
-        scratch: HiddenScratch,
-        each_pixel: bool,
-        is_second: bool,
+        self, layer: Layer, pixels: Buffer, scratch: HiddenScratch, each_pixel: bool
     ) -> None:
-        """Mark the hidden `pixels` as not visible, and list the blocks to fill."""
+        """List the blocks of the hidden `pixels` to fill."""
         clear_list(scratch.blocks)
-        out_match = _match_textures(layer, scratch)[1]
-        self._blocks.version(MATCHED=scratch.match is not None, EACH_PIXEL=each_pixel).dispatch(
+        self._blocks.version(EACH_PIXEL=each_pixel).dispatch(
             pixels,
             textures={"layer_tx": layer.color},
-            images={"out_cost_img": scratch.cost} | out_match,
             buffers={
-                "bits_block": scratch.bits,
                 "pixel_list_block": pixels,
                 "two_lists_block": scratch.blocks,
                 "tile_mask_block": layer.mask.words,
             },
             uniforms=WHOLE_LIST
             | layer.mask.uniforms
-            | {
-                "is_second_round": is_second,
-                "slices": self._slices.count(layer.size),
-                "layer_size": layer.size,
-            },
+            | {"slices": self._slices.count(layer.size), "layer_size": layer.size},
         )
 
 

@@ -14,10 +14,11 @@ from heatlens.render.defocus.pixel_list import list_bytes
 from heatlens.render.defocus.quality import kernel_for
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
+from heatlens.render.defocus.tile_mask import VisiblePixels
 from heatlens.render.defocus.tile_pass import LayerTiles
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.program import blocks_for
-from heatlens.render.gpu.resources import Buffer, BufferPart, Texture
+from heatlens.render.gpu.resources import Buffer, Texture
 
 
 class LayerBlur:
@@ -75,7 +76,7 @@ class LayerBlur:
         yield from self._scratch.run_pass("layer split", split)
         if not plan.cut.is_nearest:  # nothing hides the nearest layer
             yield from self._scratch.run_pass(
-                "hidden fill", self._fill_hidden(layer, hidden, plan, picture, tiles.visible_bits)
+                "hidden fill", self._fill_hidden(layer, hidden, plan, picture)
             )
         self._scratch.end_pass("hidden fill")  # frees the memory of the nearest layer too
         layer_coc = scratch.texture("layer coc", picture_size, 1)
@@ -96,12 +97,14 @@ class LayerBlur:
         hidden: Buffer,
         plan: LayerPlan,
         picture: UnmixedPicture,
-        visible_bits: BufferPart,
     ) -> Iterator[None]:
         """Guess the pixels of `layer` in the list `hidden`, in short steps."""
         picture_size, blocks = picture.coc.size, blocks_for(picture.coc.size, 2)
         hidden_scratch = HiddenScratch(
-            bits=visible_bits,
+            visible=VisiblePixels(
+                self._scratch.buffer("visible bits", VisiblePixels.bytes_for(picture_size)),
+                self._scratch.buffer("visible words", VisiblePixels.bytes_for(picture_size)),
+            ),
             blocks=self._scratch.buffer("hidden blocks", list_bytes(picture_size)),
             cost=self._scratch.texture("hidden cost", blocks, 4),
             match=self._scratch.texture("hidden match", blocks, 4)

@@ -22,7 +22,7 @@ from heatlens.render.defocus.blur_pass import pole_layers
 from heatlens.render.defocus.highlight_pass import block_count
 from heatlens.render.defocus.kernels import Kernel, named_kernel
 from heatlens.render.defocus.line_solver import LineSystem, SolverName, SweepSolver
-from heatlens.render.defocus.tile_mask import visibility_bytes
+from heatlens.render.defocus.tile_mask import VisiblePixels
 from heatlens.render.gpu.shader_constants import HIGHLIGHT_LEVELS
 
 # Bytes of a pixel; a position of a highlight is a _POSITION, and the luminance around it _AROUND.
@@ -151,9 +151,12 @@ def layer_split_bytes(work: Work, runs: int) -> Traffic:
 
 
 def hidden_fill_bytes(work: Work, runs: int) -> Traffic:
-    """Count the bytes to write and read the masks of visible pixels; hidden pixels are extra."""
+    """Count the bytes to write and read the masks of visible pixels and of their words.
+
+    Hidden pixels and the pixels of active tiles are extra.
+    """
     width, height = work.size
-    masks = 2 * visibility_bytes(work.size) / (width * height)
+    masks = 4 * VisiblePixels.bytes_for(work.size) / (width * height)
     return Traffic(runs * masks, None, at_least=True)
 
 

@@ -5,7 +5,7 @@ builds that `heatlens doctor` tries derive from it.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from heatlens.render.defocus import pass_costs
 from heatlens.render.defocus.line_solver import LineSystem
@@ -45,7 +45,11 @@ SHAPES: Variants = (
 )
 _LISTS, _COUNT = without_and_with("LISTS"), without_and_with("COUNT")
 _ON_GPU = {"COUNT": 1, "LEVELS_AT_ONCE": HIGHLIGHT_LEVELS}
+_LINES, _HIGHLIGHTS = without_and_with("LINES"), without_and_with("HIGHLIGHTS")
+_ENTERED = {"LINES": 1, "ENTERED": 1}
 _MATCHED: Variants = ({}, *combine_variants(({"LISTS": 1},), without_and_with("MATCHED")))
+_GUESSES = combine_variants(_MATCHED, _LINES)
+_STEADINESS = LineSystem("lib/steadiness_system.lib.glsl")
 _LARGE = combine_variants(SHAPES, without_and_with("LARGE"))
 _WHOLE_PARTS: Variants = ({"ALL_DEPTHS": 1}, {"ALL_DEPTHS": 1, "PART_VARIES": 1})
 _BLUR = "lib/blur_system.lib.glsl"
@@ -155,10 +159,10 @@ PASSES: tuple[Pass, ...] = (
     Pass(
         "tiles",
         _comp("tile_layers", variants=combine_variants(_LISTS, ({}, {"ROWS_AT_ONCE": TILE})))
-        | _comp("tile_reach_rows", "tile_reach", "line_segments", "visible_bits_all")
+        | _comp("tile_reach_rows", "tile_reach", "line_segments")
         | _comp("composite_begin"),
         pass_costs.tiles_bytes,
-        _own_memory("tile mask", "tile list", "line segments", "hidden bits"),
+        _own_memory("tile mask", "tile list", "line segments"),
         private_memory=_own_memory("tile hole")
         | {"tile distance": "pixel list", "tile hider": "hidden blocks"},
     ),
@@ -170,20 +174,19 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "hidden fill",
-        _comp(
-            "hidden_blocks",
-            variants=combine_variants(without_and_with("MATCHED"), without_and_with("EACH_PIXEL")),
-        )
+        _comp("visible_bits", "visible_words")
+        | _comp("hidden_rims", variants=without_and_with("MATCHED"))
+        | _comp("hidden_blocks", variants=without_and_with("EACH_PIXEL"))
         | _comp(
             "hidden_cost",
-            variants=combine_variants(without_and_with("MATCHED"), without_and_with("LINES")),
+            variants=(*combine_variants(without_and_with("MATCHED"), _LINES), _ENTERED),
         )
-        | _comp("hidden_fill", variants=combine_variants(_MATCHED, without_and_with("LINES"))),
+        | _comp("hidden_fill", variants=combine_variants((*_GUESSES, _ENTERED), _HIGHLIGHTS)),
         pass_costs.hidden_fill_bytes,
         reads_last=("known", "hidden list"),
         private_memory=_own_memory("hidden blocks", "hidden cost", "hidden match")
-        | _own_memory("steady rows", "steady columns"),
-        systems=(LineSystem("lib/steadiness_system.lib.glsl"),),
+        | _own_memory("visible bits", "visible words", "steady rows", "steady columns"),
+        systems=(_STEADINESS, replace(_STEADINESS, defines=(("ENTERED", 1),))),
     ),
     Pass(
         "coc fill",
@@ -250,7 +253,6 @@ PASSES: tuple[Pass, ...] = (
                 "tile mask",
                 "tile list",
                 "line segments",
-                "hidden bits",
             ),
             *("highlight sprite", "kind", "far", "near", "tile content", "tile coc range"),
         ),

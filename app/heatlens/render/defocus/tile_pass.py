@@ -16,15 +16,13 @@ from heatlens.render.defocus.tile_mask import (
     TileList,
     TileMask,
     tile_count,
-    visibility_bytes,
-    visibility_words,
 )
 from heatlens.render.defocus.unmix_pass import UnmixedPicture
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, groups_for
-from heatlens.render.gpu.resources import Buffer, BufferPart, Texture
-from heatlens.render.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE, TILE_GROUP, WORD_GROUP
+from heatlens.render.gpu.resources import Buffer, Texture
+from heatlens.render.gpu.shader_constants import TILE, TILE_GROUP
 from heatlens.render.gpu.textures import BufferParts
 
 
@@ -45,14 +43,10 @@ class TileContent:
 
 @dataclass(frozen=True)
 class LayerTiles:
-    """The active tiles of a layer, as a mask and as a list, and memory to mark visible pixels.
-
-    The nearest layer, which nothing hides, has no such memory of its own.
-    """
+    """The active tiles of a layer, as a mask and as a list."""
 
     mask: TileMask
     tile_list: TileList
-    visible_bits: BufferPart
 
 
 class TilePass:
@@ -64,7 +58,6 @@ class TilePass:
         self._rows = ComputeProgram(ctx, "defocus/tile_reach_rows.comp.glsl")
         self._reach = ComputeProgram(ctx, "defocus/tile_reach.comp.glsl")
         self._segments = SegmentPass(ctx)
-        self._visible_bits_pass = VisibleBitsPass(ctx)
         self._slices = Slices(ctx)
 
     def find_content(
@@ -103,10 +96,8 @@ class TilePass:
         layer_masks = self._segments.find(
             [plan.size(content.size) for plan in plans], masks, segments
         )
-        visible_bits = self._mark_visible(content.size, plans, masks, scratch)
         return [
-            LayerTiles(mask, tile_list=TileList(lists[n]), visible_bits=visible_bits[n])
-            for n, mask in enumerate(layer_masks)
+            LayerTiles(mask, tile_list=TileList(lists[n])) for n, mask in enumerate(layer_masks)
         ]
 
     # A tile is active only where all nearer layers are open within reach; elsewhere every ray to it
@@ -152,41 +143,6 @@ class TilePass:
         }
         buffers = scratch_buffers | {"tile_mask_block": masks.whole}
         self._reach.dispatch(groups, buffers=buffers, uniforms=reach_uniforms)
-
-    def _mark_visible(
-        self, size: tuple[int, int], plans: list[LayerPlan], masks: BufferParts, scratch: Scratch
-    ) -> list[BufferPart]:
-        """Mark all pixels in active tiles as visible; return the marks of each layer.
-
-        The nearest layer, which nothing hides, gets the memory of another layer, and does not use
-        it.
-        """
-        hidden_sizes = [plan.size(size) for plan in plans if not plan.cut.is_nearest]
-        count = max(len(hidden_sizes), 1)
-        bits = scratch.parts("hidden bits", count, visibility_bytes(size))
-        self._visible_bits_pass.mark(hidden_sizes, masks, bits)
-        return [bits[min(n, count - 1)] for n in range(len(plans))]
-
-
-class VisibleBitsPass:
-    """Marks all pixels in the active tiles of layers as visible (lib/hidden.lib.glsl)."""
-
-    def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "defocus/visible_bits_all.comp.glsl")
-
-    def mark(self, sizes: list[tuple[int, int]], masks: BufferParts, bits: BufferParts) -> None:
-        """Set the bits of the first layers, which have these `sizes` in pixels."""
-        if sizes:
-            words = max(max(visibility_words(size)) for size in sizes)
-            self._program.dispatch(
-                (groups_for(words, WORD_GROUP), HIDDEN_DIRECTIONS, len(sizes)),
-                buffers={"tile_mask_block": masks.whole, "bits_block": bits.whole},
-                uniforms={
-                    "layer_sizes": _pad_layers(sizes),
-                    "tile_words": masks.words,
-                    "bits_words": bits.words,
-                },
-            )
 
 
 def _tiles_of(plan: LayerPlan, size: tuple[int, int], optics: Optics) -> tuple[int, int, int, int]:
