@@ -20,13 +20,13 @@
 //   pixel list    the far edges that may be those of hair (unmix_thin.comp.glsl)
 
 #include "lib/focus_offset.lib.glsl"  // for lib/fragment_list.lib.glsl
-#ifdef LISTS
-#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, Fragment
-#endif
 #include "lib/bit_search.lib.glsl"  // lowest_bit
 #include "lib/two_lists.lib.glsl"  // FOR_EACH_IN_FIRST, pixel_of_word, PIXELS_PER_GROUP
 #include "lib/pixel_list.lib.glsl"  // list_append
 #include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, color_at, kind_at, unmix_share, ends_beside, FAR_EDGE ...
+#ifdef LISTS
+#include "lib/known_behind.lib.glsl"  // hidden_surface
+#endif
 #include "lib/tone.lib.glsl"  // compress_light, expand_light
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
@@ -35,7 +35,6 @@ layout(rgba16f) uniform image2D far_img;
 layout(rgba16f) uniform image2D near_img;
 #define FAR_EDGE_WEIGHT 0.1  // weight of a near neighbor that is itself a far edge
 #define MOST_COVERAGE 0.5   // largest coverage: depth is sampled at the pixel's center and missed the near surface
-#define KNOWN_FROM_PX 1.5   // least coc for the use of lists; with less blur, visible neighbors suffice
 #define LEAST_SHARE 0.02    // least coverage to divide by (THIN in lib/layer.lib.glsl)
 #define LEAST_VISIBLE 0.2   // least visible share of the far surface to divide by
 #define DETAIL_FROM 0.3     // visible share of the far surface from which it keeps some of its detail
@@ -43,30 +42,15 @@ layout(rgba16f) uniform image2D near_img;
 #define BEYOND 12           // pixels to which the far surface is looked for where none of it is unmixed nearby
 #define TAKEN_FROM 0.3      // share of the near color from which such a pixel shows too little of the far surface
 #define TAKEN_FULL 0.6      // share from which it counts for nothing
+#define SPREADS 2.0         // standard deviations by which the far color may differ from known ones around it
+#define LEAST_SPREAD 0.03   // added to them, of compressed light
 #define FAR_SIDE 5          // side of the searched square in pixels: across a wire's far edge to an unmixed pixel
-
-#ifdef LISTS
-// Compressed color (lib/tone.lib.glsl) of the far surface with the coc `coc` where a nearer pixel hides it; a its
-// weight, 0 if it is not listed. The loop is a `do ... while`, which costs less on Mesa's llvmpipe (shaders/README.md).
-vec4 known_behind(ivec2 at, float coc) {
-    List list = list_at(at);
-    vec4 weighted_color = vec4(0.0);
-    bool is_searching = !list.has_front && list.first < list.end;
-    uint i = list.first;
-    do {
-        Fragment f = fragment_of(i);
-        bool is_match = is_searching && is_same_surface(coc, f.coc);
-        weighted_color += is_match ? vec4(compress_light(f.color), f.cover) : vec4(0.0);
-        is_searching = is_searching && !is_match;
-    } while (is_searching && ++i < list.end);
-    return weighted_color;
-}
-#endif
 
 struct FarSide {
     vec3 mean;       // compressed color
     float variance;
     float weight;    // 0 if nothing was found
+    bool is_known;   // the lists had some of it
 };
 
 // Adds a color (a is its weight) to the sums of weighted colors and of weighted squared colors. The weight is
@@ -95,17 +79,28 @@ FarSide far_side(ivec2 at, float coc) {
         if (is_in_front(other, coc)) nearer |= 1u << i;
         else add_sample(sum, squares, vec4(compress_light(color_at(p)), 1.0), offset_of(i));
     } while (++i < FAR_SIDE * FAR_SIDE);
+    bool is_known = false;
 #ifdef LISTS
-    if (abs(coc) < KNOWN_FROM_PX) nearer = 0u;
     while (nearer != 0u) {
         ivec2 pixel_offset = offset_of(lowest_bit(nearer));
-        add_sample(sum, squares, known_behind(inside(at + pixel_offset), coc), pixel_offset);
+        vec4 hidden = hidden_surface(inside(at + pixel_offset), coc);
+        is_known = is_known || hidden.a > 0.0;
+        add_sample(sum, squares, vec4(compress_light(hidden.rgb), hidden.a), pixel_offset);
         nearer &= nearer - 1u;
     }
 #endif
     float weights = max(sum.a, 1e-9);
-    return FarSide(sum.rgb / weights, variance_of(sum.rgb / weights, squares / weights), sum.a);
+    return FarSide(sum.rgb / weights, variance_of(sum.rgb / weights, squares / weights), sum.a, is_known);
 }
+
+#ifdef LISTS
+// Limits a color of the far side to those that are known around it. What exceeds them is light of the near side, as of
+// a bright edge of a wire, whose color is taken from pixels beside the edge.
+vec3 within_spread(vec3 color, FarSide side) {
+    float spread = SPREADS * sqrt(side.variance / 3.0) + LEAST_SPREAD;
+    return expand_light(clamp(compress_light(color), max(side.mean - spread, 0.0), side.mean + spread));
+}
+#endif
 
 // Compressed color of the far surface where none of it is unmixed nearby, as in a gap of a pixel between two stems; a its
 // weight, 0 if nothing was found. In each of eight directions, the first unmixed pixel of the surface counts by its
@@ -201,6 +196,9 @@ void split_far(uint word) {
     float visible = 1.0 - coverage, detail = smoothstep(DETAIL_FROM, DETAIL_FULL, visible);
     vec3 residual = (x - far - coverage * (near.rgb - far)) / max(visible, LEAST_VISIBLE);
     far = max(far + detail * residual, 0.0);
+#ifdef LISTS
+    if (unmixed.is_known) far = within_spread(far, unmixed);
+#endif
     vec3 own = max(x - visible * far, 0.0) / max(coverage, LEAST_SHARE);
     near.rgb = mix(own, near.rgb, unmix_share(near.a));  // in focus, both together are the pixel
     imageStore(far_img, at, vec4(min(far, HALF_MAX), coverage));

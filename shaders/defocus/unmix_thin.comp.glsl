@@ -9,14 +9,19 @@
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx   color, coc and kind of each pixel
+//   with LISTS: fragment lists, which know what is behind hair
 //   pixel list    the edge pixels that may be those of hair (unmix_own.comp.glsl, unmix_far.comp.glsl)
 // In and out; far edge pixels are read and written, near edge pixels only written
 //   far_img, near_img    as unmix_far.comp.glsl and unmix_near.comp.glsl write them:
 //     far edge    far_img rgb the far surface, a coverage of the near one; near_img rgb the near surface, a its coc
 //     near edge   far_img rgb the near surface, a its coverage; near_img rgb 0, a coc of the surface behind
 
+#include "lib/focus_offset.lib.glsl"  // for lib/fragment_list.lib.glsl
 #include "lib/pixel_list.lib.glsl"  // FOR_EACH_LISTED, PIXELS_PER_GROUP
 #include "lib/unmix.lib.glsl"  // HALF_MAX, color_at, kind_at, unmix_share, FAR_EDGE, set_center, neighbor, coc_at
+#ifdef LISTS
+#include "lib/known_behind.lib.glsl"  // for lib/thin.lib.glsl
+#endif
 #include "lib/tone.lib.glsl"  // for lib/thin.lib.glsl
 #include "lib/bit_search.lib.glsl"  // for lib/thin.lib.glsl
 #include "lib/thin.lib.glsl"  // Mixture, is_beside_thin, thin_mixture

@@ -3,6 +3,8 @@
 // nearer pixels around. The far color is that of the pixel around that explains the mix best, because a mean would
 // mix a window with its bars: each candidate has a price, and the lowest one counts.
 //
+// With LISTS, what is known to be behind a nearer pixel is a candidate too.
+//
 // Nearer pixels are those whose depth was sampled on a surface in front of the far one.
 //
 // Part of unmix_thin.comp.glsl, after lib/bit_search.lib.glsl, lib/unmix.lib.glsl and lib/tone.lib.glsl.
@@ -74,12 +76,23 @@ Mixture thin_mixture(ivec2 at, float far_coc, bool is_thin) {
     int i = best.sure > 0.0 ? 0 : THIN_SIDE * THIN_SIDE - 1;  // one round, as above, if the result is not used
     do {
         ivec2 offset = offset_of(i), p = inside(at + offset);
-        if (is_in_front(coc_at(p), far_coc)) continue;
-        vec3 far = color_at(p), across = extremes.darkest - far;
+        vec3 far = color_at(p);
+        float mixed_price = MIXED_PRICE * nearer_beside(p, far_coc);
+        if (is_in_front(coc_at(p), far_coc)) {
+#ifdef LISTS
+            vec4 hidden = hidden_surface(p, far_coc);
+            if (hidden.a < OPAQUE) continue;
+            far = hidden.rgb;
+            mixed_price = 0.0;
+#else
+            continue;
+#endif
+        }
+        vec3 across = extremes.darkest - far;
         float squared = dot(across, across), cover = clamp(dot(x - far, across) / max(squared, 1e-5), 0.0, 1.0);
         vec3 residual = x - far - cover * across;
         float price = dot(residual, residual) / (squared + 0.01) + missed_price * max(cover - MISSED_COVERAGE, 0.0);
-        price += DISTANCE_PRICE * length(vec2(offset)) + MIXED_PRICE * nearer_beside(p, far_coc);
+        price += DISTANCE_PRICE * length(vec2(offset)) + mixed_price;
         if (price >= least) continue;
         least = price;
         best = Mixture(extremes.darkest, far, cover, best.sure);

@@ -126,8 +126,7 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "fragments",  # the picture is split at its silhouettes
-        _comp("unmix_find", "unmix_own", "unmix_far", "unmix_near", variants=_LISTS)
-        | _comp("unmix_thin"),
+        _comp("unmix_find", "unmix_own", "unmix_far", "unmix_thin", "unmix_near", variants=_LISTS),
         pass_costs.unmix_bytes,
         _own_memory("kind", "far", "near", "tile content", "tile coc range", "out", "alpha out"),
         private_memory={"rim list": "pixel list", "thin list": "hidden blocks"},

@@ -92,20 +92,21 @@ class UnmixPass:
         textures = {"color_tx": picture.color, "coc_tx": picture.coc, "kind_tx": picture.kind}
         lists = picture.lists
         yield from self._classify_pixels(picture, uniforms, edge_buffers | list_buffers(lists))
-        programs = self._own, self._far, self._near
-        own, far, near = (each.version(LISTS=lists is not None) for each in programs)
+        programs = self._own, self._far, self._thin, self._near
+        own, far, thin_split, near = (each.version(LISTS=lists is not None) for each in programs)
         split_images: _Images = {"far_img": picture.far, "near_img": picture.near}
         first_images: _Images = {"out_far_img": picture.far, "out_near_img": picture.near}
         thin_buffers: _Buffers = {"pixel_list_block": thin}
-        list_inputs, list_values = edge_buffers | list_buffers(lists), list_uniforms(lists)
+        behind, list_values = list_buffers(lists), list_uniforms(lists)
+        edges, edges_and_thin = edge_buffers | behind, edge_buffers | behind | thin_buffers
         # A program, the list that it works through, the byte offset of its workgroups there, and
         # the images, buffers and uniforms that it needs besides those of all passes.
         passes: tuple[tuple[ComputeProgram, Buffer, int, _Images, _Buffers, _Uniforms], ...]
         passes = (
-            (own, pixels, OF_SECOND, first_images, list_inputs | thin_buffers, list_values),
-            (far, pixels, OF_FIRST, split_images, list_inputs | thin_buffers, list_values),
-            (self._thin, thin, OF_FIRST, split_images, thin_buffers, {}),
-            (near, pixels, OF_SECOND, split_images, list_inputs, list_values),
+            (own, pixels, OF_SECOND, first_images, edges_and_thin, list_values),
+            (far, pixels, OF_FIRST, split_images, edges_and_thin, list_values),
+            (thin_split, thin, OF_FIRST, split_images, thin_buffers | behind, list_values),
+            (near, pixels, OF_SECOND, split_images, edges, list_values),
         )
         for program, pixel_buffer, offset, images, buffers, extra_uniforms in passes:
             for slice_uniforms in self._slices.of(picture.color.size):
