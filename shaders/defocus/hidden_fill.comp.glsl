@@ -222,7 +222,9 @@ vec2 steadiness_at(ivec2 at) {
 // their logarithms.
 EndWeights with_lines(EndWeights by_ends, vec2 steadiness, int k, ivec2 ends, float share) {
     float line_px = float(max(line_step_px, 1));
+    // Ends so far away that the exponential would be 0 count as none: the logarithm of 0 would make the guess not a number.
     vec2 log_near = mix(vec2(LOG_OF_NONE), -vec2(ends) / (near_steps * line_px), step(0.5, vec2(ends)));
+    log_near = max(log_near, LOG_OF_NONE);
     vec2 log_line = log_near + (near_power - 1.0) * log(exp(log_near.x) + exp(log_near.y));
     log_line += k > 1 ? -DIAGONAL_LOSS : k == 0 ? steadiness.x : steadiness.y;
     vec2 weight = exp(mix(log(max(by_ends.weight, 1e-12)), log_line, share));

@@ -174,6 +174,15 @@ def test_hidden_fill_crosses_gap_longer_than_mask_word(ctx: Device) -> None:
     assert np.all(np.diff(row) >= 0) and row[0] < 0.05 and row[-1] > 0.9
 
 
+def test_hidden_fill_by_lines_is_finite_far_from_all_ends(ctx: Device) -> None:
+    hole = np.zeros((4, 640), bool)
+    hole[:, 20:620] = True
+    layer, state = layer_with_hole(np.full((4, 640, 3), 0.5), hole)
+    color, diameter = fill_hidden(ctx, layer, state, shape_share=1e-6)
+    assert np.isfinite(diameter).all()
+    np.testing.assert_allclose(color[..., :3], 0.5, atol=0.01)
+
+
 def test_hidden_fill_without_seen_pixels_is_empty(ctx: Device) -> None:
     hole = np.ones((9, 11), bool)
     color, state = fill_hidden(ctx, *layer_with_hole(np.zeros((9, 11, 3)), hole))
