@@ -22,7 +22,7 @@ _SPREAD_MAX = (
 # 200 and more: this standard deviation of four samples is an error of a thousandth in each.
 _RIM_PX, _SPREAD_MAX_FAR = 8, 0.4
 _BLACK_LIGHT = 0.01  # light that counts as black
-LARGER = 1  # size of a band, relative to one with a single sample a pixel
+LARGER = 2  # size of a band, relative to one with a single sample a pixel
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Antialias:
             images={"out_done_img": picture.done},
             uniforms={
                 "spread_max": _SPREAD_MAX,
-                "reach": fine,
+                "reach": fine - 1,
                 "margin_px": max(0, margin_px - _RIM_PX * fine),
                 "spread_max_far": _SPREAD_MAX_FAR,
             },

@@ -10,6 +10,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from heatlens.core.model.boxes import Box
 from heatlens.media.scene.scene import Array, Daylight, Scene
@@ -48,6 +49,7 @@ class SceneRaster:
         self._buffers: SceneBuffers | None = None
         self._placed_transforms: Array | None = None
         self._frame = 0.0  # the frame at which the scene is placed
+        self._bounds: tuple[SceneView, Array] | None = None  # a view, and its `pixel_bounds`
 
     @property
     def buffers(self) -> SceneBuffers:
@@ -95,7 +97,7 @@ class SceneRaster:
         self._placed_transforms, self._frame = np.array(transforms), frame
         self.buffers.place(transforms)
         self.buffers.reshape(scene.shapes_at(frame))
-        self._corners_m = self.buffers.corners_m(transforms)
+        self._corners_m, self._bounds = self.buffers.corners_m(transforms), None
         lighting = scene.lighting_at(frame)
         self._daylight, self._lights = lighting.daylight, light_uniforms(lighting.lights)
         if max(self._daylight.sun) > 0:
@@ -114,7 +116,7 @@ class SceneRaster:
             "sky_zenith": daylight.zenith,
             "sky_horizon": daylight.horizon,
             "sky_ground": daylight.ground,
-            "sky_light": [tuple(row) for row in self._sky_light],
+            "sky_light": tuple(tuple(row) for row in self._sky_light),
             "shadow_from_world": columns(self._shadow.from_world),
             "shadow_texel_m": self._shadow.texel_m,
             **self._lights,
@@ -159,7 +161,19 @@ class SceneRaster:
         """Leave out what a band of a view cannot show, until the block ends."""
         if band is None or not self.bands.are_small:
             return nullcontext()
-        return self.buffers.draw_only(view.may_show(self._corners_m, band))
+        return self.buffers.draw_only(self.may_show(view, band))
+
+    def may_show(self, view: SceneView, pixels: Box) -> npt.NDArray[np.bool_]:
+        """Return (N,) whether each instance may be seen in some pixels of a view."""
+        if self._bounds is None or self._bounds[0] is not view:
+            self._bounds = view, view.pixel_bounds(self._corners_m)
+        left, right, top, bottom = self._bounds[1]
+        # one pixel more on every side, for what is rounded
+        columns_meet = (left < pixels.x1 + 1) & (right > pixels.x0 - 1)
+        may_show: npt.NDArray[np.bool_] = (
+            columns_meet & (top < pixels.y1 + 1) & (bottom > pixels.y0 - 1)
+        )
+        return may_show
 
     def hide_done_pixels(self, target: Framebuffer, view: SceneView, done: Texture) -> None:
         """Cover the pixels where `done`, R, is not 0 with a depth nearer than everything else.

@@ -88,7 +88,7 @@ class SceneBuffers:
         self.triangles = ctx.buffer(triangles.tobytes())
         self._members = members_of(scene, self._meshes)
         self._all_commands, self._some_commands = self._new_commands(ctx), self._new_commands(ctx)
-        self.commands = self._all_commands
+        self.commands, self._some_drawn = self._all_commands, np.ones(len(self.order), bool)
         self.instances = ctx.buffer(reserve=len(self.order) * INSTANCE.itemsize)
         self._instance_records = np.zeros(len(self.order), INSTANCE)
         self.materials = materials_of(ctx, scene.materials)
@@ -157,10 +157,13 @@ class SceneBuffers:
     @contextmanager
     def draw_only(self, is_drawn: npt.NDArray[np.bool_]) -> Iterator[None]:
         """Draw only some instances within the block; `is_drawn` (N,) is in the scene's order."""
-        self.commands = {
-            kind: (buffer, self._write_commands(buffer, kind, is_drawn[self.order]))
-            for kind, (buffer, _) in self._some_commands.items()
-        }
+        if not np.array_equal(is_drawn, self._some_drawn):
+            self._some_drawn = is_drawn
+            self._some_commands = {
+                kind: (buffer, self._write_commands(buffer, kind, is_drawn[self.order]))
+                for kind, (buffer, _) in self._some_commands.items()
+            }
+        self.commands = self._some_commands
         try:
             yield
         finally:
@@ -181,9 +184,10 @@ class SceneBuffers:
     ) -> int:
         """Write the commands of the drawn instances of a kind; return how many there are."""
         is_drawn = is_drawn & self._members[kind]
+        if not is_drawn.any():
+            return 0
         commands = draw_commands(self._meshes, self.first_triangle, is_drawn)
-        if len(commands):
-            buffer.write(commands.tobytes())
+        buffer.write(commands.tobytes())
         return len(commands)
 
     def write_back_rules(self, eye_m: Array) -> None:

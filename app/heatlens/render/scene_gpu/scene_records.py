@@ -152,7 +152,7 @@ def light_uniforms(lights: tuple[PointLight, ...]) -> dict[str, object]:
             row[2] = (*np.divide(light.direction, length), 1.0 + light.is_smooth)
     return {
         "light_count": len(brightest),
-        "light_rows": [tuple(map(float, vec4)) for vec4 in rows.reshape(-1, 4)],
+        "light_rows": tuple(tuple(map(float, vec4)) for vec4 in rows.reshape(-1, 4)),
     }
 
 

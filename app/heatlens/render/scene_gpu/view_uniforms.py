@@ -1,7 +1,5 @@
 """The uniforms of a view for the shaders that draw a scene."""
 
-import numpy as np
-
 from heatlens.media.scene.scene import Array
 from heatlens.media.scene.scene_view import SceneView
 
@@ -41,6 +39,4 @@ def eye_uniforms(view: SceneView) -> dict[str, object]:
 
 def sky_uniforms(view: SceneView) -> dict[str, object]:
     """Return the uniforms of scene_sky.vert.glsl for a view."""
-    screen_from_world = view.clip_from_world[[0, 1, 3], :3]
-    world_from_screen = np.asarray(np.linalg.inv(screen_from_world), np.float64)
-    return {"world_from_screen": columns(world_from_screen)}
+    return {"world_from_screen": columns(view.world_from_screen)}
