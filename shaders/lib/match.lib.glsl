@@ -18,7 +18,8 @@ uniform sampler2D state_tx;
 uniform sampler2D listed_tx;
 layout(rgba32f) uniform writeonly image2D out_match_img;
 
-#define MATCH_TAPS 8             // pixels to compare on each side of an end; fewer would measure texture
+#define MATCH_PX 8               // pixels to compare on each side of an end; fewer would measure texture
+#define MATCH_STEP_PX 2          // from one of those that are read to the next: neighbors are alike
 #define SAME_DIAMETER_PX 0.5     // change of the diameter up to which pixels are of one surface
 #define SAME_DIAMETER_SHARE 0.1  // the same as a share of the diameter; the larger limit counts
 #define LEAST_LIGHT 0.01         // added to the light, because dark pixels are not compared
@@ -34,15 +35,15 @@ struct Stretch {
     float variance;    // variance of the mean of the logarithms of the light
 };
 
-// Statistics of the stretch that starts at `from` and has this diameter, at most `taps` pixels long. The loop is a
+// Statistics of the stretch that starts at `from` and has this diameter, at most `length_px` long. The loop is a
 // `do ... while`, see shaders/README.md.
-Stretch stretch_of(ivec2 from, ivec2 away_direction, bool hidden, float diameter, int taps) {
+Stretch stretch_of(ivec2 from, ivec2 away_direction, bool hidden, float diameter, int length_px) {
     vec4 sum = vec4(0.0);
     float count = 0.0, logs = 0.0, squares = 0.0;
     float most = max(SAME_DIAMETER_PX, SAME_DIAMETER_SHARE * diameter);
-    int tap = 0;
+    int px = 0;
     do {
-        ivec2 p = from + tap * away_direction;
+        ivec2 p = from + px * away_direction;
         if (p != clamp(p, ivec2(0), layer_size - 1)) break;
         if (abs(texelFetch(state_tx, p, 0).r - diameter) > most) break;
         vec4 layer = texelFetch(layer_tx, p, 0);
@@ -52,7 +53,7 @@ Stretch stretch_of(ivec2 from, ivec2 away_direction, bool hidden, float diameter
         count += 1.0;
         logs += light;
         squares += light * light;
-    } while (++tap < min(taps, MATCH_TAPS));
+    } while ((px += MATCH_STEP_PX) < min(length_px, MATCH_PX));
     float spread = squares / max(count, 1.0) - logs * logs / max(count * count, 1.0);
     return Stretch(sum, max(spread, 0.0) / min(max(count - 1.0, 1.0), INDEPENDENT));
 }
@@ -84,7 +85,7 @@ vec4 match_of(ivec2 at, ivec2 ends[HIDDEN_DIRECTIONS], bool is_needed) {
     do {
         int k = i >> 1, ahead = (i & 1) == 0 ? ends[k].x : -ends[k].y;
         bool has_both = min(ends[k].x, ends[k].y) > 0;  // otherwise the hidden pixels go on to the picture's edge
-        if (is_needed && ahead != 0) add_match(sum, at, k, ahead, has_both ? ends[k].x + ends[k].y - 1 : MATCH_TAPS);
+        if (is_needed && ahead != 0) add_match(sum, at, k, ahead, has_both ? ends[k].x + ends[k].y - 1 : MATCH_PX);
     } while (is_needed && ++i < 2 * HIDDEN_DIRECTIONS);
     return vec4(sum.rgb / max(sum.a, 1e-9), sum.a);
 }
