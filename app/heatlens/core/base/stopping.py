@@ -101,7 +101,7 @@ def temporary_folder() -> Iterator[Path]:
             shutil.rmtree(path, ignore_errors=True)
 
 
-_LOWER_BY = 5
+_LOWER_BY = 15
 
 
 def die_with_parent(parent: int) -> None:

@@ -1,7 +1,8 @@
 """Spread the first use of several passes over frames.
 
 A driver builds the program of a pass when it is first used, for up to 0.2 s, and a window cannot
-answer meanwhile. What was built before takes milliseconds.
+answer meanwhile. What was built before takes milliseconds. After a slow frame comes one without a
+first use, so that input waits for one of them at most.
 """
 
 import time
@@ -17,6 +18,7 @@ class FirstUses:
         self._clock = clock
         self._used = 0
         self._is_cut_short = False
+        self._rests = True  # the frame before was slow, or had the first picture
 
     def run(self, passes: Sequence[Callable[[], object]]) -> bool:
         """Use the next passes for the first time; return True once what follows may be used too.
@@ -24,11 +26,14 @@ class FirstUses:
         `passes` are in their order, and the same in each frame, with whatever is current. A frame
         ends after a pass that was slow.
         """
-        start = self._clock()
-        for use in passes[self._used :]:
+        start, waiting = self._clock(), passes[self._used :]
+        if waiting and self._rests:
+            self._rests, self._is_cut_short = False, True
+            return False
+        for use in waiting:
             use()
             self._used += 1
-            self._is_cut_short = self._clock() - start > _QUICK_S
+            self._rests = self._is_cut_short = self._clock() - start > _QUICK_S
             if self._is_cut_short:
                 return False
         self._is_cut_short = False
