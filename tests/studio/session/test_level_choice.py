@@ -71,11 +71,12 @@ def test_level_at_rest_is_quick_while_the_plate_will_become_finer(seconds_of):
         assert seconds_of(REQUESTED) <= 0.25
 
 
-@given(st.integers(8, 4000))
-def test_recognisable_levels_are_large_enough_or_at_largest_proxy(width):
-    levels = useful_levels(REQUESTED, (width, width))
+@given(st.integers(8, 4000), st.booleans())
+def test_recognisable_levels_are_large_enough_or_at_largest_proxy(width, is_of_scene):
+    levels = useful_levels(REQUESTED, (width, width), is_of_scene)
     assert levels
-    small_levels = [it for it in levels if proxy_size((width, width), it.proxy)[0] < 160]
+    least_px = max(160, min(240, width / 5)) if is_of_scene else 160
+    small_levels = [it for it in levels if proxy_size((width, width), it.proxy)[0] < least_px]
     assert not small_levels or {it.proxy for it in levels} == {LEVELS[0].proxy}
 
 

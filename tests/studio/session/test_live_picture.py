@@ -45,7 +45,7 @@ class Machine:
     rendered_settings: list[DefocusSettings] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.ctx = SimpleNamespace(finish=lambda: None)
+        self.ctx, self.has_many_views = SimpleNamespace(finish=lambda: None), False
         self.loaded = SimpleNamespace(color=SimpleNamespace(size=SIZE))
 
     def optics(self, shot: Shot, frame: int) -> SimpleNamespace:

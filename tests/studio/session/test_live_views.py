@@ -75,6 +75,7 @@ class Machine:
     def __post_init__(self) -> None:
         self.ctx = SimpleNamespace(finish=lambda: None)
         self.loaded = SimpleNamespace(color=SimpleNamespace(size=SIZE))
+        self.has_many_views = True
 
     def optics(self, shot: Shot, frame: int) -> SimpleNamespace:
         return optics_of_widest(0.0)

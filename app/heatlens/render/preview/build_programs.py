@@ -20,6 +20,7 @@ from heatlens.render.frame_renderer import FrameRenderer, headless_renderer, run
 from heatlens.render.gpu import shader_reload
 from heatlens.render.gpu.context import is_software
 from heatlens.render.preview.level_choice import useful_levels
+from heatlens.render.scene_gpu.pinhole_draw import PINHOLE_VIEWS
 from heatlens.render.source.source import Source
 
 _SMALL_SCENE = 1 / 4  # the scale at which a window draws a scene first
@@ -45,10 +46,11 @@ def pictures_to_build(renderer: FrameRenderer, shot: Shot, frame: int) -> tuple[
     shot = replace(shot, lens=shot.lens_at(frame), curves=LensCurves())
     framing, settings = shot.framing or Framing(), shot.defocus
     small = replace(shot, framing=framing.scaled(_SMALL_SCENE))
+    has_many_views = renderer.has_many_views
     quick = [
         replace(sized, defocus=level, lens=lens)
-        for sized in ((shot, small) if renderer.has_many_views else (shot,))
-        for level in useful_levels(settings, renderer.size(sized))[:0:-1]
+        for sized in ((shot, small) if has_many_views else (shot,))
+        for level in useful_levels(settings, renderer.size(sized), has_many_views)[:0:-1]
         for lens in _lenses(shot.lens, level)
     ]
     # A hand that drags waits for all of the quickest level: with the whole picture before its last
@@ -66,7 +68,8 @@ def _lenses(lens: Lens, level: DefocusSettings) -> Iterator[Lens]:
 # A software rasterizer compiles a program for each kind of texture that it reads. It changes the
 # program thereby, and keeps what it compiles next under the name of the changed one, where no other
 # process finds it. So each picture is rendered twice by programs that were not compiled yet: the
-# first kinds of the second time are on the disk, and the next are kept under their true names.
+# first kinds of the second time are on the disk, and the next are kept under their true names. Only
+# small pictures of a scene are antialiased, by the programs that also antialias the large ones.
 def build_programs(request: BuildRequest) -> None:
     """Render every picture of a request; write a line after each."""
     renderer, frame, shot = headless_renderer(), request.frame, request.pictures[0]
@@ -80,7 +83,8 @@ def build_programs(request: BuildRequest) -> None:
             lower_priority()  # once more
         for _ in range(1 + is_software(renderer.ctx)):
             shader_reload.rebuild_used()
-            renderer.load_pinhole(picture, frame, views=1)
+            for views in (1, PINHOLE_VIEWS) if picture.framing != shot.framing else (1,):
+                renderer.load_pinhole(picture, frame, views)
             run_all_steps(renderer.steps(picture, frame, enlarges=picture.defocus.proxy < 1.0))
             renderer.ctx.finish()
         sys.stdout.write(" ".join(built - written) + "\n")

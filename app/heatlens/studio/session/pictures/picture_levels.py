@@ -40,7 +40,8 @@ class PictureLevels:
         `shown` are the settings of the shown picture; None before the first.
         """
         requested, size = request.settings, self._renderer.loaded.color.size
-        levels = tuple(filter(self.is_buildable, useful_levels(requested, size)))
+        useful = useful_levels(requested, size, self._renderer.has_many_views)
+        levels = tuple(filter(self.is_buildable, useful))
         is_first = not self._cost.seconds_per_px and shown is None
         if is_first or not levels:
             return self._first_settings(request)

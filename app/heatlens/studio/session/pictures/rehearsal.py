@@ -57,7 +57,8 @@ class Rehearsal:
         """Return the quickest level of a picture; None if it has no other than itself."""
         if picture.settings.method.needs_scene:
             return None
-        level = useful_levels(picture.settings, self._renderer.loaded.color.size)[-1]
+        size, has_many_views = self._renderer.loaded.color.size, self._renderer.has_many_views
+        level = useful_levels(picture.settings, size, has_many_views)[-1]
         return None if level == picture.settings else level
 
     def work(self, slice_s: float) -> None:
