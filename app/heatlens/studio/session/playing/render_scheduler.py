@@ -135,7 +135,8 @@ def _next_side(state: WorkState) -> int | None:
 
 
 # Longest slice of rendering before the loop handles input again. A slice ends only after its
-# current step, so with steps of up to 18 ms, input is handled every 30 ms.
+# current step, so with steps of up to 18 ms, input is handled every 30 ms. While a scene rests, its
+# steps take up to `scene_preview.SLOW_S`.
 _SLICE_S = 0.012
 
 
