@@ -14,7 +14,7 @@ from heatlens.render.source.pinhole import Pinhole
 
 # Longest time between two checks for input, and the time below which a step counts as quick: twice
 # as long a step is then not slow. Half of QUICK_S kept a machine that was busy once at short steps,
-# and with half of both the whole picture of the demo took 2 s longer on two cores.
+# and with half of both the whole picture of the demo took 1.2 s longer on two cores.
 SLOW_S, QUICK_S = 0.06, 0.03
 MIN_SHARE = 1 / 16  # smallest share of a usual step
 _IN_A_ROW = 2  # slow steps before the share is halved: a single one may have built a program
