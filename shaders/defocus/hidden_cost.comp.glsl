@@ -42,7 +42,7 @@ bool read_visible(ivec2 at, out vec4 toned_layer) {
     toned_layer = vec4(0.0);
     if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, layer_size))) return false;
     if (!is_visible(at, layer_size)) return false;
-    vec4 layer = texelFetch(layer_tx, at, 0);
+    vec4 layer = without_weight(texelFetch(layer_tx, at, 0));
     toned_layer = vec4(compress_light(layer.rgb / max(layer.a, 1e-4)) * layer.a, layer.a);
     return true;
 }

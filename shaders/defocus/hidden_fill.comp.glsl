@@ -90,7 +90,7 @@ float highlight_share_at(vec3 color, ivec2 at) {
 // The visible content of a pixel; a highlight is reduced to its surroundings, because it must not
 // spread.
 Content content_at(ivec2 at) {
-    vec4 layer = imageLoad(layer_img, at);
+    vec4 layer = without_weight(imageLoad(layer_img, at));
     vec3 color = layer.rgb / max(layer.a, 1e-4);
     color *= 1.0 - highlight_share_at(color, at);
     return Content(vec4(dim(color) * layer.a, layer.a), texelFetch(state_tx, at, 0).r * layer.a);

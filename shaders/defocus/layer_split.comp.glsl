@@ -12,7 +12,8 @@
 //   seen, visible  what nearer layers leave open; visible is seen, but at least THIN, to divide by
 //   known          what needs no guess: its color and coc are given, by the picture or by a list
 //   listed         with LISTS: the part of known that only lists give, because a nearer surface hides it
-//   cover          coverage: the layer hides what is behind it by this share
+//   cover          coverage: the layer hides what is behind it by this share; in the farthest layer, which hides all,
+//                  the weight of the pixel: what nearer layers leave of it
 //   solid          weight as content of the layer; 0 for a pixel whose surface belongs to other layers
 // Functions of lib/layer.lib.glsl: membership(coc) is the share of a pixel that belongs to this layer, visibility(coc)
 // that to this or a farther one; knowledge, coverage and solidity turn such shares into known, cover and solid.
@@ -23,7 +24,7 @@
 //   kind_tx       r kind of the pixel (lib/kind.lib.glsl)
 //   far_tx, near_tx   the two surfaces of edge pixels (unmix_far.comp.glsl, unmix_near.comp.glsl)
 // Outputs
-//   out_layer_img rgb times coverage, a coverage; of a hidden pixel a is below 0 and packs its coverage and its known
+//   out_layer_img rgb times cover, a cover; of a hidden pixel a is below 0 and packs its coverage and its known
 //                 share (hidden_mark of lib/hidden.lib.glsl)
 //   out_state_img r diameter |coc| in pixels of the layer, g share of content (solid), 0..1
 //   pixel list    the hidden pixels; with is_entered, those of the entering surface too (lib/entering.lib.glsl)
@@ -49,7 +50,7 @@ uniform sampler2D color_tx;
 uniform sampler2D kind_tx;
 uniform sampler2D far_tx;
 uniform sampler2D near_tx;
-uniform bool is_farthest;  // it covers everything that is visible
+uniform bool is_farthest;  // it covers everything, with the weights that nearer layers leave
 uniform bool is_entered;   // a surface passes into the layer
 uniform int reduction;     // side of a pixel of the layer, in pixels of the picture
 uniform ivec2 layer_size;  // in pixels of its own; a smaller layer is in the corner of the images
@@ -67,10 +68,21 @@ struct Content {
     float solid;  // weight as content of the layer, 0..1
 };
 
+// How far nearer layers have taken a surface of this visibility, 0..1.
+float taken_of(float visible) { return coverage(1.0 - visible); }
+
+#define LEAST_LEFT 0.03  // the blur ripples, and a weight as small as its ripples would be none to divide by
+
+// The weight that nearer layers leave a pixel of the farthest layer, if they have taken the share `taken` of a surface
+// that covers the share `cover` of it. The blurred layer is divided by its blurred weight, so that with what nearer
+// layers cover it sums to the blur of the whole surface, however much of it has passed.
+float weight_left(float cover, float taken) { return max(1.0 - cover * taken, LEAST_LEFT); }
+
 // The content of this layer in a pixel with one surface, of the color x.
 Content whole_of(vec3 x, float coc, float visible) {
     float own = membership(coc);
-    return Content(x, abs(coc), coverage(own / visible), solidity(own));
+    float cover = is_farthest ? weight_left(1.0, taken_of(visible)) : coverage(own / visible);
+    return Content(x, abs(coc), cover, solidity(own));
 }
 
 // What is left to this layer of a surface that covers the share `cover` of its pixel, if nearer layers cover the share
@@ -79,9 +91,6 @@ float left_cover(float cover, float taken) {
     float open = max(1.0 - taken, 1e-4);
     return cover * open / (1.0 - cover * (1.0 - open));
 }
-
-// How far nearer layers have taken a surface of this visibility, 0..1.
-float taken_of(float visible) { return coverage(1.0 - visible); }
 
 // The content of this layer in a far edge pixel (far: rgb of the far surface, a coverage of the near one; near: rgb of
 // the near surface, a its coc). The near surface lies over the far one; if both are in this layer in full, it is the
@@ -92,6 +101,10 @@ Content far_edge_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
     float cover_far = coverage(own / visible), cover_near = coverage(own_near / max(visible_near, THIN));
     float both = cover_far * cover_near * (1.0 - taken);
     float share_near = left_cover(far.a, taken) * cover_near, share_far = cover_far * (1.0 - share_near);
+    if (is_farthest) {  // all that nearer layers leave of both, once this layer knows the near one
+        share_far = 1.0 - far.a * knowledge(visible_near);
+        share_near = (1.0 - share_far) * (1.0 - taken);
+    }
     float cover = share_near + share_far;
     vec3 color = (share_near * near.rgb + share_far * far.rgb) / max(cover, 1e-6);
     float diameter = mix(abs(coc), abs(near.a), solidity(own_near) * (1.0 - cover_far));
@@ -103,8 +116,14 @@ Content far_edge_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
 Content near_edge_of(vec3 x, float coc, vec4 clean, float coc_through, float visible) {
     Content content = whole_of(x, coc, visible);
     float same_layer = solidity(membership(coc_through));  // 1 if the other surface is in this layer too
+    float taken = taken_of(visible);
+    if (is_farthest) {  // so is the other surface
+        content.cover = weight_left(clean.a, taken);
+        content.color = max(x - taken * clean.a * clean.rgb, 0.0) / content.cover;
+        return content;
+    }
     content.color = mix(clean.rgb, x, same_layer);
-    content.cover *= mix(left_cover(clean.a, taken_of(visible)), 1.0, same_layer);
+    content.cover *= mix(left_cover(clean.a, taken), 1.0, same_layer);
     return content;
 }
 
@@ -173,11 +192,14 @@ float remaining_cover(float cover, float in_view) {
 // with alpha, the end of a list is empty space: farthest, without light, blurred like the last fragment.
 void add_list(inout Sum sum, List list, float front_coc, float seen, float unknown) {
     Fragment fragment;
+    float left = 1.0;  // the weight that nearer layers leave of what lies behind a pixel
     for (uint i = list.first; i < list.end && unknown > 0.0; ++i) {
         fragment = fragment_of(i);
         float in_view = visibility(fragment.coc);
         Content content = whole_of(fragment.color, fragment.coc, max(in_view, THIN));
-        float cover = is_farthest ? 1.0 : clamp(content.cover, 0.0, 1.0);
+        float own_left = list.has_front ? 1.0 : left * weight_left(fragment.cover, taken_of(in_view));
+        if (fragment.cover < OPAQUE) left = own_left;  // behind an opaque one nothing is taken
+        float cover = is_farthest ? own_left : clamp(content.cover, 0.0, 1.0);
         float rest_cover = remaining_cover(fragment.cover, in_view), known = unknown * rest_cover;
         add_known(sum, content, cover, known, seen * rest_cover, fragment.coc - front_coc);
         unknown -= known;
@@ -185,7 +207,7 @@ void add_list(inout Sum sum, List list, float front_coc, float seen, float unkno
     }
     if (!is_open || list.first == list.end || unknown <= 0.0) return;
     Content nothing = whole_of(vec3(0.0), fragment.coc, max(visibility(fragment.coc), THIN));
-    add_known(sum, nothing, is_farthest ? 1.0 : 0.0, unknown, seen, infinity_px - front_coc);
+    add_known(sum, nothing, is_farthest ? left : 0.0, unknown, seen, infinity_px - front_coc);
 }
 #endif
 
@@ -206,7 +228,7 @@ void add_pixel(inout Sum sum, ivec2 at) {
         if (kind == NEAR_EDGE) content = near_edge_of(x, coc, far, near.a, visible);
         has_near = kind == FAR_EDGE && far.a * membership(near.a) > THIN ? 1.0 : 0.0;
     }
-    float cover = is_farthest ? 1.0 : clamp(content.cover, 0.0, 1.0);
+    float cover = clamp(content.cover, 0.0, 1.0);
     float known = max(knowledge(seen), has_near);
 #ifdef LISTS  // a list that begins with the visible surface is complete, and then replaces the pixel itself
     // Both cases share one call of add_list, because a software rasterizer runs both sides of a branch.

@@ -17,10 +17,13 @@ uniform vec2 cut_far_px;   // the cut away from the camera, in the same form
 // As the focus moves, a surface that crosses a cut changes its layer in two smooth steps, each over half of the cut's
 // transition. First the farther layer includes it, in full from a visibility of KNOWN on; only then does the nearer
 // layer release it, below a membership of COVERS. In the opposite order, or with both at once, the surface would be
-// transparent in between, and dark where a third one hides it.
+// transparent in between, and dark where a third one hides it. The farthest layer gives it only the weight that the
+// nearer one releases, and is divided by its weights: a blurred rim that both layers show is covered once.
 #define KNOWN 0.5
 #define COVERS 0.55
 #define END 0.9  // visibility from which a pixel is an end of the guess in full (lib/entering.lib.glsl)
+
+#define MOST_PX 1e20  // the far cut of the farthest layer lies beyond
 
 // Share of a pixel with this coc that is nearer than the cut: 1 near, 0 far.
 float nearer_than(vec2 cut_px, float coc_px) {
@@ -35,6 +38,12 @@ float knowledge(float visible) { return smoothstep(THIN, KNOWN, visible); }
 
 // Share of its visibility that a pixel of this membership covers, 0..1.
 float coverage(float member) { return smoothstep(0.0, COVERS, member); }
+
+// A pixel of a layer (rgb times coverage, a coverage) as the guess takes it: the farthest layer covers everything, and
+// its alpha is a weight (layer_split.comp.glsl).
+vec4 without_weight(vec4 layer) {
+    return cut_far_px.x < MOST_PX ? layer : vec4(layer.rgb / max(layer.a, 1e-4), 1.0);
+}
 
 // Share of a pixel with this coc that shows this layer or a farther one.
 float visibility(float coc_px) { return 1.0 - nearer_than(cut_near_px, coc_px); }

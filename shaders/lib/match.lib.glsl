@@ -48,6 +48,7 @@ Stretch stretch_of(ivec2 from, ivec2 away_direction, bool hidden, float diameter
         if (abs(texelFetch(state_tx, p, 0).r - diameter) > most) break;
         vec4 layer = texelFetch(layer_tx, p, 0);
         if (hidden) layer.a = marked_cover(layer.a);
+        layer = without_weight(layer);
         sum += (hidden ? texelFetch(listed_tx, p, 0).r : 1.0) * layer;
         float light = log(mean_of(layer.rgb) / max(layer.a, 1e-3) + LEAST_LIGHT);
         count += 1.0;

@@ -56,6 +56,7 @@ Input input_at(ivec2 node) {
         if (layer.a < 0.0) share = free_share(visibility(texelFetch(coc_tx, at, 0).r));
         if (layer.a < 0.0) layer.a = marked_cover(layer.a);
 #endif
+        layer = without_weight(layer);
         vec2 toned = vec2(LIGHT_SHARE * mean_of(compress_light(layer.rgb / max(layer.a, 1e-4))), 1.0) * layer.a;
         sum += share * vec4(1.0, toned, dot(toned, toned));
     }

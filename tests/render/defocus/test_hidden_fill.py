@@ -3,7 +3,7 @@
 import numpy as np
 
 from heatlens.render.defocus.hidden_fill import Ends, HiddenFillPass, HiddenScratch, Steadiness
-from heatlens.render.defocus.layer_cuts import FARTHER_THAN_ALL, NEARER_THAN_ALL, LayerCut
+from heatlens.render.defocus.layer_cuts import NEARER_THAN_ALL, Cut, LayerCut
 from heatlens.render.defocus.layer_passes import Layer
 from heatlens.render.defocus.line_solver import usual_solver
 from heatlens.render.defocus.pixel_list import list_bytes
@@ -51,7 +51,7 @@ def fill_hidden(
         pixels,
         scratch,
         reach_px,
-        Ends(target.state, LayerCut(NEARER_THAN_ALL, FARTHER_THAN_ALL)),
+        Ends(target.state, LayerCut(NEARER_THAN_ALL, far=Cut(1e9, 1.0))),
         shape_share=shape_share or 0.0,
         each_pixel=has_shapes,
     )

@@ -6,8 +6,9 @@ import numpy as np
 
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
+from heatlens.render.defocus import layer_cuts
 from support.plates import FOCUS_M, lens_blurring, plate_of
-from support.unrest import flash
+from support.unrest import display_of, flash
 
 HEIGHT, WIDTH, FINE = 64, 96, 4
 WALL_M = 6.0
@@ -31,3 +32,22 @@ def test_stems_do_not_darken_while_they_leave_the_focus(ctx, renderer):
     lenses = [replace(lens, focus_distance_m=float(at)) for at in distances_m]
     frames = [renderer.pixels(Shot(it, DefocusSettings()))[..., :3].copy() for it in lenses]
     assert flash(frames) < 5.0
+
+
+def test_card_that_passes_a_cut_is_between_its_pictures_in_both_layers(ctx, renderer, monkeypatch):
+    """Move the cut behind the focus through a blurred card: its rims stay between both ends.
+
+    While both layers had the card, its blurred rims were covered twice: .12 beyond both.
+    """
+    y, x = np.mgrid[:48, :64]
+    color = np.where(y - 24.4 - 0.1 * (x - 32) > 0, BRIGHT, DARK)
+    depth_m = np.where(color == BRIGHT, 3.0, 4.0)
+    renderer.load(plate_of(color[..., None].repeat(3, -1).astype(np.float32), depth_m))
+    lens = replace(lens_blurring(9.0, 64), focus_distance_m=2.0)
+    pictures = []
+    for share in np.linspace(0.5, 0.83, 7):
+        monkeypatch.setattr(layer_cuts, "FAR_CUT_SHARE", share)
+        pictures.append(display_of(renderer.pixels(Shot(lens, DefocusSettings()))[..., :3]))
+    first, *between, last = pictures
+    low, high = np.minimum(first, last), np.maximum(first, last)
+    assert np.maximum(low - between, between - high).max() < 0.01

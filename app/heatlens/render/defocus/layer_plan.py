@@ -32,7 +32,7 @@ class LayerPlan:
     widest_px     largest |coc| in the layer, in pixels of the picture
     uncovered_px  how far behind a silhouette hidden content can show, in pixels of the picture
     share         how much of the layer has this size, 0..1; the rest has twice this size
-    is_entered    a surface is passing into the layer, whose pixels are known in part
+    is_passed     a surface is passing through the layer's near cut, at any size of the layer
     shape_share   how far the layer shows shapes of things in focus before something farther, 0..1
     """
 
@@ -42,7 +42,12 @@ class LayerPlan:
     uncovered_px: float
     share: float = 1.0
     shape_share: float = 0.0
-    is_entered: bool = False
+    is_passed: bool = False
+
+    @property
+    def is_entered(self) -> bool:
+        """True if a surface is passing into a layer of full size: its pixels are known in part."""
+        return self.reduction == 1 and self.is_passed
 
     @property
     def sized_plans(self) -> "list[LayerPlan]":
@@ -121,12 +126,12 @@ def _plan_layer(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
         widest_px,
         uncovered_px,
         share=1.0 if reduction == 1 else float(share),
-        shape_share=_shape_share(cut_alone, float(coc[-1])) if reduction == 1 else 0.0,
-        is_entered=reduction == 1 and _is_entered(cut.near, optics),
+        shape_share=_shape_share(cut_alone, float(coc[-1])),
+        is_passed=_is_passed(cut.near, optics),
     )
 
 
-def _is_entered(near: Cut, optics: Optics) -> bool:
+def _is_passed(near: Cut, optics: Optics) -> bool:
     """Return True if a wide surface behind the focus is passing into a layer that begins at `near`.
 
     Its pixels become ends of the guess from the middle of the cut on (lib/layer.lib.glsl).
