@@ -148,7 +148,7 @@ def test_blurred_card_keeps_its_light(ctx, renderer):
 
 def test_darker_clean_plate_is_matched_to_visible_wall(ctx, renderer):
     """Compare with a clean plate a third darker than the wall: no step at the card's edge."""
-    color = np.where(card(1.0)[..., None] > 0, np.float32(0.05), np.float32(0.6))
+    color = np.where(card(1.0)[..., None] > 0, grey(0.05), grey(0.6))
     depth_m = np.where(card(1.0) > 0, np.float32(NEAR_M), np.float32(FOCUS_M))
     flat = plate_of(color, depth_m)
     pictures = [
