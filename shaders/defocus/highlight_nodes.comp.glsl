@@ -11,7 +11,7 @@
 // Output
 //   pixel list     the nodes of all discs: x the number of a disc, y that of a node in it
 
-#include "lib/aperture.lib.glsl"  // aperture_reach
+#include "lib/aperture.lib.glsl"  // aperture_reach, SMOOTH_WIDTH
 #include "lib/highlights.lib.glsl"  // Plan, Sprite, margin_of, NOT_HIDDEN, ALL_HIDDEN, LARGE_DISC
 #include "lib/pixel_list.lib.glsl"  // list_groups, list_count, list_pixels, GROUPS_MAX, PIXELS_PER_GROUP
 #include "lib/highlight_nodes.lib.glsl"  // coc_of
@@ -28,7 +28,6 @@ uniform uint nodes_max;    // of all discs
 #define FARTHEST_PX 1e30
 #define TILES_MOST 24  // largest number of tiles to read in a row
 #define LOOKUP_PX 3.0  // added to the reach: rays read 2 x 2 pixels, which know of surfaces beside them
-#define RIM 1.3        // a soft rim reaches this many times its half width (lib/aperture.lib.glsl)
 #define POINTS_PX 0.34  // at most from the middle of a pixel to the points of lib/pixel_cover.lib.glsl
 #define SIDE_MOST 12.0  // nodes in a row: larger discs leave few lanes idle
 
@@ -60,7 +59,8 @@ void main() {
     float wider = max((coc - nearest_px) / abs(coc), 1.0);
     vec2 reach = aperture_reach(0.5 * coc, sprite.disc.w) + 1.0;
     vec2 range = coc_range_within(sprite.disc.xy, wider * reach + LOOKUP_PX);
-    vec2 covered = aperture_reach(0.5 * coc, RIM * sprite.disc.w) + POINTS_PX, first = ceil(sprite.disc.xy - covered - 0.5);
+    vec2 covered = aperture_reach(0.5 * coc, SMOOTH_WIDTH * sprite.disc.w) + POINTS_PX;
+    vec2 first = ceil(sprite.disc.xy - covered - 0.5);
     vec2 sides = floor(sprite.disc.xy + covered - 0.5) - first + 1.0;
     float side = max(max(sides.x, sides.y), 1.0);
     if (side > side_most()) side = LARGE_DISC;

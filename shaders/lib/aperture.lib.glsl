@@ -17,8 +17,8 @@ uniform vec2 aperture_axes;  // half axes of the opening: of a disc of radius 1,
 // Share of a pixel inside the rim. `to_rim` is the distance from the rim in pixels, positive inside. The share is
 // linear over the soft edge, from 0 at -ramp to 1 at +ramp. With SOFT_RIM it may be smooth, with the same variance,
 // because growing discs would jerk otherwise.
-#ifdef SOFT_RIM
 #define SMOOTH_WIDTH 1.29099445  // sqrt(5/3): width of the smooth edge, relative to a linear one of equal variance
+#ifdef SOFT_RIM
 float rim_softness = 0.0;        // 0 linear .. 1 smooth
 float within_rim(float to_rim, float ramp) {
     float smoothly = smoothstep(-SMOOTH_WIDTH * ramp, SMOOTH_WIDTH * ramp, to_rim);

@@ -42,7 +42,7 @@ _OF_WINDOWS = (
 )
 LINES_WARNED, LINES_MAX = 300, 500
 FUNCTION_LINES_MAX = 42
-LONG_FILES = 20  # with more than LINES_WARNED
+LONG_FILES = 16  # with more than LINES_WARNED
 FILES_OF_A_HALL, FILES_OF_OTHERS, FILES_AT_THE_ROOT = 24, 40, 5
 FILES = sorted(PACKAGE.rglob("*.py"))
 
@@ -400,7 +400,7 @@ def lines_of_files() -> dict[str, int]:
 def test_no_function_has_more_than_42_lines():
     """A function that is longer than a screen usually does several things."""
     long = {
-        f"{module_of(path)}: {node.name}": node.end_lineno - node.lineno + 1
+        f"{module_of(path)}:{node.lineno} {node.name}": node.end_lineno - node.lineno + 1
         for path in FILES
         for node in ast.walk(ast.parse(source_of(path)))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)

@@ -10,19 +10,23 @@ from numpy.typing import NDArray
 
 from heatlens.core.model.lens.aperture import Aperture
 from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
-from heatlens.render.defocus import highlight_pass
 from heatlens.render.defocus.blur_pass import PACKED, BlurPass, BlurTargets
-from heatlens.render.defocus.highlight_pass import (
+from heatlens.render.defocus.highlights import highlight_list, highlight_shadow
+from heatlens.render.defocus.highlights.highlight_draw import HighlightDrawPass
+from heatlens.render.defocus.highlights.highlight_list import (
     SMALL_SPRITES_MAX,
     HighlightBuffers,
-    HighlightDrawPass,
     HighlightListPass,
+)
+from heatlens.render.defocus.highlights.highlight_shadow import (
     HighlightShadowPass,
-    HighlightSplitPass,
     RayMemory,
+    nodes_bytes,
+)
+from heatlens.render.defocus.highlights.highlight_split import (
+    HighlightSplitPass,
     Surroundings,
     WithoutHighlights,
-    nodes_bytes,
 )
 from heatlens.render.defocus.line_solver import SweepSolver
 from heatlens.render.defocus.optics import Optics
@@ -184,7 +188,7 @@ def test_rays_of_small_discs_are_those_of_drawn_pixels(
     coc[:, ::7] = -9.0
     lamps = RenderedLamps(ctx, color, coc)
     at_nodes = lamps.drawn
-    monkeypatch.setattr(highlight_pass, "nodes_most", lambda _: 0)
+    monkeypatch.setattr(highlight_shadow, "nodes_most", lambda _: 0)
     lamps.draw(coc_range_of_tiles(coc))
     assert lamps.count > 20 and at_nodes.max() > 1.0
     np.testing.assert_allclose(at_nodes, lamps.drawn, atol=1e-4 * at_nodes.max())
@@ -198,7 +202,7 @@ def test_gpu_lists_same_highlights_as_software(
     color = dark_picture_with_lamps((160, 160), {(int(y), int(x)): 60.0 for y, x in places})
     coc = np.linspace(-30.0, 30.0, 160, dtype=np.float32) * np.ones((160, 1), np.float32)
     software = RenderedLamps(ctx, color, coc)
-    monkeypatch.setattr("heatlens.render.defocus.highlight_pass.is_software", lambda _: False)
+    monkeypatch.setattr(highlight_list, "is_software", lambda _: False)
     gpu = RenderedLamps(ctx, color, coc)
     assert gpu.count == software.count > 20
     on_gpu, on_software = (

@@ -5,9 +5,10 @@ from types import SimpleNamespace
 import pytest
 
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
-from heatlens.render.defocus import highlight_pass, kernel_error
+from heatlens.render.defocus import kernel_error
 from heatlens.render.defocus.color_rounds import ColorRounds
 from heatlens.render.defocus.fit_kernels import RIMS, fit_rims
+from heatlens.render.defocus.highlights import highlight_list, highlight_split
 from heatlens.render.defocus.kernel_error import DiscError
 from heatlens.render.defocus.kernels import gaussian_kernel, named_kernel, rim_kernel
 from heatlens.render.defocus.listed_fragments import FragmentBuffers
@@ -40,9 +41,9 @@ def test_unmix_bytes_grow_with_runs_and_tiles_bytes_do_not():
 
 
 def test_constants_have_documented_values():
-    assert highlight_pass.SPRITES_MAX == 4096 and highlight_pass.SMALL_SPRITES_MAX == 8192
-    assert highlight_pass._AREA_MAX == 24.0
-    assert highlight_pass.block_count((8, 8)) == 1 and highlight_pass.block_count((9, 17)) == 6
+    assert highlight_list.SPRITES_MAX == 4096 and highlight_list.SMALL_SPRITES_MAX == 8192
+    assert highlight_list._AREA_MAX == 24.0
+    assert highlight_split.block_count((8, 8)) == 1 and highlight_split.block_count((9, 17)) == 6
     assert (kernel_error._FREQUENCY_MOST, kernel_error._RADII, kernel_error._ANGLES) == (
         *(60.0, 480, 12),
     )

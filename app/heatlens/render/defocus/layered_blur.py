@@ -17,13 +17,12 @@ from itertools import chain
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.render.defocus.blur_pass import BlurTargets
 from heatlens.render.defocus.cutout_pass import SharpPart
-from heatlens.render.defocus.highlight_pass import (
-    HighlightBuffers,
+from heatlens.render.defocus.highlights.highlight_list import HighlightBuffers
+from heatlens.render.defocus.highlights.highlight_shadow import RayMemory, nodes_bytes
+from heatlens.render.defocus.highlights.highlight_split import (
     ListsWithoutHighlights,
-    RayMemory,
     Surroundings,
     WithoutHighlights,
-    nodes_bytes,
 )
 from heatlens.render.defocus.kernels import Kernel
 from heatlens.render.defocus.layer_blur import LayerBlur

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from typing import assert_never
 
 from heatlens.render.defocus.blur_pass import pole_layers
-from heatlens.render.defocus.highlight_pass import block_count
+from heatlens.render.defocus.highlights.highlight_split import block_count
 from heatlens.render.defocus.kernels import Kernel, named_kernel
 from heatlens.render.defocus.line_solver import LineSystem, SolverName, SweepSolver
 from heatlens.render.defocus.tile_mask import VisiblePixels

@@ -4,12 +4,10 @@ from heatlens.render.defocus.blur_pass import PACKED, BlurPass, pole_layers
 from heatlens.render.defocus.cutout_pass import CutoutPass
 from heatlens.render.defocus.far_guess import FarGuess
 from heatlens.render.defocus.hidden_fill import HiddenFillPass
-from heatlens.render.defocus.highlight_pass import (
-    HighlightDrawPass,
-    HighlightListPass,
-    HighlightShadowPass,
-    HighlightSplitPass,
-)
+from heatlens.render.defocus.highlights.highlight_draw import HighlightDrawPass
+from heatlens.render.defocus.highlights.highlight_list import HighlightListPass
+from heatlens.render.defocus.highlights.highlight_shadow import HighlightShadowPass
+from heatlens.render.defocus.highlights.highlight_split import HighlightSplitPass
 from heatlens.render.defocus.kernels import Kernel
 from heatlens.render.defocus.layer_passes import (
     CocFillPass,

@@ -122,9 +122,7 @@ class TimeControl:
         source, editing = shared.source, shared.editing
         preferences, view = shared.preferences.values, pictures.view
         self._source, self.editing, self.speed = source, editing, speed
-        self.notify = shared.notify
-        self.scenes = scenes
-        self.timeline = timeline
+        self.notify, self.scenes, self.timeline = shared.notify, scenes, timeline
         timeline.playback.ending = preferences.ending
         timeline.playback.is_every_frame = preferences.every_frame
         rows = RowChoice(lambda: source.has_camera)
@@ -151,8 +149,7 @@ class TimeControl:
         self.scheduler = RenderScheduler(
             shared, pictures.sides, visible, self.frames_ahead, view, speed
         )
-        own_workers: tuple[Worker, ...] = (tracks, self.player, self.recording, self.frames_ahead)
-        self.workers = (*self.marks.workers, *own_workers)
+        self.workers = (*self.marks.workers, tracks, self.player, self.recording, self.frames_ahead)
 
     def toggle_key(self, row: Row) -> None:
         """Set a key of a row at the playhead, or remove the one that is there."""

@@ -1,0 +1,1 @@
+"""Highlights: pixels brighter than their surroundings are removed and drawn as discs."""
