@@ -20,6 +20,7 @@ from heatlens.studio.share.address import Role
 from heatlens.studio.share.picture import Picture
 from heatlens.studio.share.server import MOST_HANDS, MOST_LOOKERS
 from heatlens.studio.share.shared import SharedSession
+from support.patience import PATIENCE_S
 from support.share_peers import connected_peer, start_server, wait_for_condition
 
 
@@ -37,7 +38,7 @@ def server(shared):
 
 def answer(server, path, method="GET", **headers):
     """Return status, text and headers of a request."""
-    line = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
+    line = http.client.HTTPConnection("127.0.0.1", server.port, timeout=PATIENCE_S)
     line.request(method, path, headers=headers)
     response = line.getresponse()
     text = response.read().decode()
@@ -233,7 +234,7 @@ def test_server_closes_a_socket_without_a_valid_hello(server, first):
         async with aiohttp.ClientSession() as web:
             async with web.ws_connect(f"{server.link(Role.HAND)}socket") as line:
                 await line.send_str(first)
-                answer = await line.receive(timeout=20)
+                answer = await line.receive(timeout=PATIENCE_S)
                 assert answer.type is aiohttp.WSMsgType.CLOSE and answer.data in (1008, 1009)
 
     asyncio.run(play())
@@ -274,6 +275,46 @@ def test_server_sends_only_changed_entries_of_the_state(server, shared):
             assert it.state == {"title": "b"}
             shared.publish({"frame": 1}, None)
             await wait_for_condition(lambda: it.state["title"] is None, "what has gone")
+
+    asyncio.run(play())
+
+
+def plain_picture(number: int, width: int = 1200) -> Picture:
+    return Picture(number, 1, np.full((40, width, 4), number, np.uint8), is_whole=True)
+
+
+def test_client_resized_before_it_acknowledges_gets_the_picture_again(server, shared):
+    """A page is often resized while its first whole picture is on its way."""
+
+    async def play():
+        async with connected_peer(server, width_px=160) as it:
+            it.acknowledges = False
+            shared.publish(shared.state, plain_picture(1))
+            await wait_for_condition(lambda: it.heads, "the small picture")
+            await it.send(width_px=800)
+            await it.send(got=1)
+            await wait_for_condition(lambda: len(it.heads) == 2, "the large picture")
+            assert it.pixels.shape[1] == 800
+
+    asyncio.run(play())
+
+
+def test_picture_published_while_state_is_sent_comes_after_its_own_state(
+    server, shared, monkeypatch
+):
+    send_state = client.Client._send_state
+
+    async def publish_and_send(self, state):
+        if shared.picture is None:
+            shared.publish({"lens": "new"}, plain_picture(1))
+        await send_state(self, state)
+
+    monkeypatch.setattr(client.Client, "_send_state", publish_and_send)
+
+    async def play():
+        async with connected_peer(server) as it:
+            await wait_for_condition(lambda: it.heads, "the picture")
+            assert it.state["lens"] == "new"
 
     asyncio.run(play())
 
@@ -345,8 +386,7 @@ def test_server_encodes_pictures_on_one_thread(server, shared, monkeypatch):
             ]
             await wait_for_condition(lambda: all(it.hello for it in peers), "hello")
             for number in range(1, 9):
-                pixels = np.full((40, 1200, 4), number, np.uint8)
-                shared.publish(shared.state, Picture(number, 1, pixels, True))
+                shared.publish(shared.state, plain_picture(number))
                 await wait_for_condition(
                     lambda at=number: all(len(it.heads) >= at for it in peers), "the picture"
                 )

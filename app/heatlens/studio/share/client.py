@@ -49,6 +49,7 @@ class Client:
         self._width = 1920
         self._sent_state: dict[str, object] = {}  # the state that the client has
         self._sent_picture: Picture | None = None  # the latest picture that was sent
+        self._is_resized = False  # True if the client needs that picture again at another width
         self._sent_at = 0.0
         self._problems: deque[str] = deque(maxlen=_MOST_PROBLEMS)  # messages still to be sent
         self.is_ready = False  # True while no picture is on its way
@@ -142,9 +143,7 @@ class Client:
             report_change()
         elif "width_px" in message:
             self._set_width(message["width_px"])
-            self._sent_picture = (
-                None if self._sent_picture and self._sent_picture.is_whole else self._sent_picture
-            )
+            self._is_resized = self._sent_picture is not None and self._sent_picture.is_whole
             self._has_news.set()
         elif self.role is not Role.HAND:
             raise InputError("This link is only for watching: it cannot change the lens.")
@@ -192,13 +191,16 @@ class Client:
             if self._transport is not None:
                 self._transport.abort()  # a stalled connection takes no last message
 
+    # The picture is read before the state. The loop may publish both while the state is being sent,
+    # and the client would get a picture of a lens that it has not been told.
     async def _send_newest(self) -> None:
         """Send all problems, the changes of the state, and the newest picture if it is due."""
         while self._problems:
             await self._send_json({"problem": self._problems.popleft()})
-        await self._send_state({**self._shared.state, "hand": self._shared.hands.holder})
         picture = self._shared.picture
-        if picture is not None and picture is not self._sent_picture and self.is_ready:
+        await self._send_state({**self._shared.state, "hand": self._shared.hands.holder})
+        is_due = self._is_resized or picture is not self._sent_picture
+        if picture is not None and is_due and self.is_ready:
             await self._send_picture(picture)
 
     async def _send_state(self, state: dict[str, object]) -> None:
@@ -219,7 +221,7 @@ class Client:
     async def _send_picture(self, picture: Picture) -> None:
         """Send a picture: a line of JSON, then the bytes of a PNG or JPEG file."""
         coding = self._connection_speed.coding(self._width, picture.is_whole)
-        self.is_ready, self._sent_picture = False, picture
+        self.is_ready, self._is_resized, self._sent_picture = False, False, picture
         file = await self._loop.run_in_executor(None, picture.encode, coding)
         kind = "image/png" if coding.quality is None else "image/jpeg"
         header = {"picture": picture.number, "frame": picture.frame, "type": kind}
