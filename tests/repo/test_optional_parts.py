@@ -30,6 +30,7 @@ from support.exr_files import write_file
 from support.manual import manual_text
 from support.mesh_files import STL
 from support.networks import write_network
+from support.patience import PATIENCE_S
 from support.picture_files import save, save_16_bits_of_color
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -238,7 +239,9 @@ def test_view_and_serve_without_their_packages_name_pip_install(module, tmp_path
     words = [str(word) for word in APART[module](tmp_path)]
     remove_package(module)
     command = [sys.executable, "-m", "heatlens", *words]
-    process = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    process = subprocess.run(
+        command, capture_output=True, text=True, timeout=PATIENCE_S, check=False
+    )
     assert process.returncode == 2
     check_install_message(process.stderr, module)
 

@@ -19,8 +19,7 @@ import pytest
 from PIL import Image
 
 from support.command_line import ENVIRONMENT
-
-PATIENCE_S = 60.0
+from support.patience import PATIENCE_S
 
 
 class ServeProcess:

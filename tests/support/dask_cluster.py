@@ -12,9 +12,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from heatlens.fronts.commands.main import main
+from support.patience import PATIENCE_S
 from support.slurm import free_ports
 
-PATIENCE_S = 60.0
 QUIET = ("--no-dashboard", "--dashboard-address", "127.0.0.1:0")
 HEATLENS = (sys.executable, "-P", "-m", "heatlens")
 

@@ -23,6 +23,7 @@ from heatlens.studio.settings.preferences import Preferences
 from heatlens.studio.settings.start import Start
 from support.exr_files import write_file
 from support.fake_renderer import FakeRenderer
+from support.patience import PATIENCE_S
 
 FIRST, LAST = 1001, 1024
 WIDTH, HEIGHT = 48, 32
@@ -68,7 +69,7 @@ def run_until(session: Session, condition: Callable[[], bool], label: str) -> No
     Where the session has nothing to do, it waits longer and longer, up to 20 ms: another process
     works then, and needs the processors.
     """
-    end, message = time.monotonic() + 60.0, ""
+    end, message = time.monotonic() + PATIENCE_S, ""
     pause_s = _SHORTEST_PAUSE_S
     while not condition():
         assert time.monotonic() < end, f"{label} never came. {message}"

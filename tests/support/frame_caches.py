@@ -10,9 +10,9 @@ import numpy as np
 from heatlens.core.base.errors import InputError
 from heatlens.media.sequence.names import NameForm
 from heatlens.media.sequence.sequence import Sequence
+from support.patience import PATIENCE_S
 from support.plates import plate_of
 
-PATIENCE_S = 60  # before a test gives up; none takes a hundredth of it
 PLATE_BYTES = 20  # bytes of a plate of one pixel
 FORM = NameForm(prefix="a.", padding=4, suffix=".exr")
 

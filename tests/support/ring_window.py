@@ -9,9 +9,8 @@ from heatlens.media.live.ring.address import Protocol, RingAddress
 from heatlens.media.live.ring.receiver import LensReceiver
 from heatlens.render.gpu.device import Device
 from support.gui import Gui, gui_of
+from support.patience import PATIENCE_S
 from support.session_files import QUICK, room_file
-
-_PATIENCE_S = 30.0
 
 
 @contextmanager
@@ -27,7 +26,7 @@ def window_following_ring(ctx: Device, protocol: Protocol, folder: Path) -> Iter
 
 def draw_until(gui: Gui, is_so: Callable[[], bool]) -> None:
     """Draw frames until `is_so()` is true; the time limit is generous."""
-    end = time.monotonic() + _PATIENCE_S
+    end = time.monotonic() + PATIENCE_S
     while not is_so():
         assert time.monotonic() < end
         gui.frame()

@@ -17,8 +17,7 @@ from heatlens.studio.share.client import PROTOCOL_VERSION
 from heatlens.studio.share.headless import HeadlessLoop
 from heatlens.studio.share.server import ShareServer
 from heatlens.studio.share.shared import SharedSession
-
-PATIENCE_S = 60.0
+from support.patience import PATIENCE_S
 
 
 def start_server(

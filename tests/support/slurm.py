@@ -10,9 +10,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from support.patience import PATIENCE_S
+
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch")
 BIN = Path(sys.executable).parent  # where `heatlens` of this environment is
-PATIENCE_S = 40.0
 _CONF = """\
 ClusterName=here
 SlurmctldHost=localhost
@@ -122,7 +123,12 @@ class Slurm:
     def said(self, *words: str) -> str:
         """Return what a command prints."""
         run = subprocess.run(
-            words, capture_output=True, text=True, env=self.environment, check=False, timeout=60
+            words,
+            capture_output=True,
+            text=True,
+            env=self.environment,
+            check=False,
+            timeout=PATIENCE_S,
         )
         return run.stdout
 
@@ -132,7 +138,7 @@ class Slurm:
         environment = self.environment | {"SBATCH_OUTPUT": f"{folder}/slurm-%j.out"}
         return subprocess.run(
             ["sh"], input=script, capture_output=True, text=True, env=environment,
-            cwd=folder, check=False, timeout=60,
+            cwd=folder, check=False, timeout=PATIENCE_S,
         )  # fmt: skip
 
     def drained(self) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 from tevclient import Ipc
 
 from heatlens.media.live.stream.server import TevServer
+from support.patience import PATIENCE_S
 
-PATIENCE_S = 30  # before a test gives up; none takes a hundredth of it
 CHANNELS = ["R", "G", "B", "Z"]
 
 

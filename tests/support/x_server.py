@@ -11,9 +11,9 @@ from pathlib import Path
 from PIL import Image, ImageGrab
 
 from support.command_line import ENVIRONMENT, start_heatlens
+from support.patience import PATIENCE_S
 
 SCREEN = (1700, 1000)
-WAIT_S = 60.0  # a bound for what must come, not a measurement
 REST_S = 0.3  # asleep and without a change of the picture
 STEP_S = 0.25  # between what the hand does: the window takes it in frame by frame
 
@@ -43,7 +43,7 @@ class Screen:
             process.kill()
             process.communicate()
         self._server.terminate()
-        self._server.wait(WAIT_S)
+        self._server.wait(PATIENCE_S)
 
     def picture(self) -> Image.Image:
         return ImageGrab.grab(xdisplay=self.display)
@@ -121,7 +121,7 @@ class Window:
         return bool(self.id)
 
     def until(self, condition: Callable[[], bool], label: str) -> None:
-        end = time.monotonic() + WAIT_S
+        end = time.monotonic() + PATIENCE_S
         while not condition():
             assert time.monotonic() < end, f"{label} never came"
             time.sleep(0.05)
@@ -206,7 +206,7 @@ class Window:
 
     def quit(self) -> None:
         """Press Ctrl+Q until it works: without a window manager, focus may come a moment later."""
-        end = time.monotonic() + WAIT_S
+        end = time.monotonic() + PATIENCE_S
         while self.process.poll() is None and time.monotonic() < end:
             self.keys("ctrl+q")
             with suppress(subprocess.TimeoutExpired):
@@ -214,5 +214,5 @@ class Window:
 
     def closed(self) -> tuple[int, str]:
         """Wait until the process has ended; return its exit code and output."""
-        _, output = self.process.communicate(timeout=WAIT_S)
+        _, output = self.process.communicate(timeout=PATIENCE_S)
         return self.process.returncode, output

@@ -22,6 +22,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.deliver.farm import processes
 from heatlens.fronts.commands.output import progress_line
 from heatlens.media.files import atomic_file, file_lock, limits
+from support.patience import PATIENCE_S
 from support.windows_kernel import FREE_BYTES, MEMORY_BYTES, Kernel, Locks
 
 CTRL_BREAK = 99
@@ -156,7 +157,7 @@ def test_child_is_asked_to_stop_and_then_killed(calls, monkeypatch):
     monkeypatch.setattr(processes, "PATIENCE_S", 0.1)
     with DeafProcess() as process:
         processes.stop(process)
-        assert process.was_asked and process.wait(60) == -signal.SIGKILL
+        assert process.was_asked and process.wait(PATIENCE_S) == -signal.SIGKILL
 
 
 @pytest.mark.parametrize("is_new", [True, False])

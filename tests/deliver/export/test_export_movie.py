@@ -28,6 +28,7 @@ from support.exports import (
     write_plates,
 )
 from support.exr_files import write_file
+from support.patience import PATIENCE_S
 from support.written_pictures import pixels
 
 PLAIN = ("--view", "sRGB curve")
@@ -209,7 +210,7 @@ def test_full_disk_leaves_no_movie(capsys, shot_file, tmp_path):
     (tmp_path / "m.mov").unlink()
     before = files_in(tmp_path)
     process = start_heatlens_on_full_disk(size - 1, "export", shot_file, "-o", tmp_path / "m.mov")
-    message = process.communicate(timeout=60)[1]
+    message = process.communicate(timeout=PATIENCE_S)[1]
     assert process.returncode == 2
     assert "m.mov could not" in message and "Traceback" not in message
     assert files_in(tmp_path) == before
@@ -223,7 +224,7 @@ def test_killed_movie_export_can_be_run_again(capsys, shot_file, tmp_path):
     while process.poll() is None and not list(tmp_path.glob(".heatlens-*.part")):
         time.sleep(0.001)
     process.kill()
-    process.communicate(timeout=60)
+    process.communicate(timeout=PATIENCE_S)
     assert len(files_in(tmp_path)) == 2 and "m.mov" not in files_in(tmp_path)
     export_shot(capsys, shot_file, tmp_path / "m.mov")
     assert files_in(tmp_path) == expected_files

@@ -14,6 +14,7 @@ from support.exports import (
     shot_of,
     write_plate,
 )
+from support.patience import PATIENCE_S
 
 MOVIES = (".mov", ".mp4")
 
@@ -95,7 +96,7 @@ def test_two_tasks_exporting_same_frames_give_valid_files(capsys, shot_file, tmp
         subprocess.Popen([*line, "--part", "1001-1006"], stderr=subprocess.PIPE) for _ in "ab"
     ]
     for task in processes:
-        assert task.communicate(timeout=60)[1] and task.returncode == 0
+        assert task.communicate(timeout=PATIENCE_S)[1] and task.returncode == 0
     export_shot(capsys, shot_file, tmp_path / "out" / output)
     assert files_in(tmp_path / "out") == files_in(tmp_path / "whole")
     assert [path.name for path in (tmp_path / "out").iterdir() if path.is_dir()] == []

@@ -14,6 +14,7 @@ from heatlens.deliver.export.run import FrameDone
 from heatlens.fronts.commands.output.export_progress import Tally, progress_of, progress_text
 from support.command_line import start_heatlens
 from support.exports import write_shot_file
+from support.patience import PATIENCE_S
 
 
 def frame_done(frame: int, was_there: bool = False) -> FrameDone:
@@ -90,7 +91,7 @@ def test_progress_line_on_terminal_is_updated_and_cleared(tmp_path):
     process = start_heatlens("export", shot_file, "-o", out, stderr=process_end)
     os.close(process_end)
     terminal_text = read_terminal(own_end)
-    assert process.communicate(timeout=60)[0] == f"{out}\n" and process.returncode == 0
+    assert process.communicate(timeout=PATIENCE_S)[0] == f"{out}\n" and process.returncode == 0
     steps = re.findall(
         r"\r\x1b\[Kheatlens: frame (\d+), (\d) of 6 done(?:, \d+ s left)?", terminal_text
     )
@@ -103,7 +104,7 @@ def test_progress_in_log_file_is_the_final_line_only(tmp_path):
     shot_file = write_shot_file(tmp_path)
     out = tmp_path / "n.####.exr"
     process = start_heatlens("export", shot_file, "-o", out, stderr=subprocess.PIPE)
-    outputs = process.communicate(timeout=60)
+    outputs = process.communicate(timeout=PATIENCE_S)
     assert outputs == (f"{out}\n", "heatlens: 6 frames written.\n")
 
 

@@ -11,6 +11,7 @@ from heatlens.media.live.ring.receiver import LensReceiver
 from heatlens.media.live.ring.sender import LensSender
 from heatlens.media.live.ring.sources import RingSources
 from support.exports import FRAMES, shot_of, write_plates
+from support.patience import PATIENCE_S
 
 
 @pytest.fixture
@@ -28,7 +29,7 @@ def test_export_sends_lens_of_each_frame(monkeypatch, shot_file, tmp_path):
         words = ("-o", str(tmp_path / "o.####.exr"), "--send", str(receiver.address))
         for _ in range(2):  # the second time all frames are there already
             assert main(["export", str(shot_file), *words]) == 0
-        end = time.monotonic() + 30.0
+        end = time.monotonic() + PATIENCE_S
         while len(received) < 2 * len(FRAMES) and time.monotonic() < end:
             time.sleep(0.01)
     first_samples, second_samples = received[: len(FRAMES)], received[len(FRAMES) :]

@@ -25,6 +25,7 @@ from support.exports import (
     with_focus,
     write_plates,
 )
+from support.patience import PATIENCE_S
 
 KILLS = 6
 
@@ -42,7 +43,7 @@ def long_shot(tmp_path_factory) -> tuple[Path, dict[str, bytes]]:
 def export_in_process(shot_file, out, *words: object) -> int:
     """Export in a process of its own. Return its exit code."""
     process = start_heatlens("export", shot_file, "-o", out, *words)
-    output, errors = process.communicate(timeout=60)
+    output, errors = process.communicate(timeout=PATIENCE_S)
     assert "Traceback" not in output + errors
     return process.returncode
 
@@ -59,7 +60,7 @@ def start_and_interrupt(shot_file, out, lines: int, wait_s: float, stop_signal: 
     while time.monotonic() < end_s and not parts_in(out.parent):
         pass
     process.send_signal(stop_signal)
-    process.said = process.communicate(timeout=60)
+    process.said = process.communicate(timeout=PATIENCE_S)
     return process
 
 
@@ -107,7 +108,10 @@ def test_two_exports_into_one_folder_both_succeed(long_shot, tmp_path):
     shot_file, whole = long_shot
     words = ("export", shot_file, "-o", tmp_path / "n.####.exr")
     processes = [start_heatlens(*words) for _ in range(2)]
-    assert [process.communicate(timeout=60)[1].count("\n") for process in processes] == [1, 1]
+    assert [process.communicate(timeout=PATIENCE_S)[1].count("\n") for process in processes] == [
+        1,
+        1,
+    ]
     assert [process.returncode for process in processes] == [0, 0]
     assert files_in(tmp_path) == whole
 
@@ -117,7 +121,7 @@ def test_chunks_in_separate_processes_give_same_files(long_shot, tmp_path):
     out = tmp_path / "n.####.exr"
     words = ("export", shot_file, "-o", out, "--frames")
     processes = [start_heatlens(*words, chunk) for chunk in ("1001-1012", "1013-1024")]
-    assert [process.communicate(timeout=60)[0] for process in processes] == [f"{out}\n"] * 2
+    assert [process.communicate(timeout=PATIENCE_S)[0] for process in processes] == [f"{out}\n"] * 2
     assert files_in(tmp_path) == whole
 
 
@@ -126,7 +130,7 @@ def test_full_disk_leaves_no_truncated_frame(long_shot, tmp_path):
     shot_file, expected_files = long_shot
     limit = min(map(len, expected_files.values())) - 100
     process = start_heatlens_on_full_disk(limit, "export", shot_file, "-o", tmp_path / "n.####.exr")
-    message = process.communicate(timeout=60)[1]
+    message = process.communicate(timeout=PATIENCE_S)[1]
     assert process.returncode == 2
     assert "n.1001.exr could not" in message and len(message.splitlines()) == 1
     assert files_in(tmp_path) == {}

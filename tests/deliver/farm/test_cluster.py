@@ -26,6 +26,7 @@ from heatlens.media.documents.shot_file import write_shot
 from heatlens.version import __version__
 from support.dask_cluster import children_of, dask_cluster, wait_for
 from support.exports import MANY_FRAMES, export_shot, files_in, shot_of, write_plates
+from support.patience import PATIENCE_S
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +88,7 @@ def test_cluster_export_names_damaged_plate_and_worker(shot_file, tmp_path, clus
     data = bytearray(plate.read_bytes())
     data[-400:] = bytes(400)
     plate.write_bytes(data)
-    assert cluster.export("failing", shot_file, "-o", tmp_path / "n.####.exr").wait(60) == 2
+    assert cluster.export("failing", shot_file, "-o", tmp_path / "n.####.exr").wait(PATIENCE_S) == 2
     last = cluster.said("failing").splitlines()[-1]
     assert "plate.1004.exr" in last and "worker tcp://127.0.0.1" in last
     assert not list(tmp_path.glob(".heatlens-*"))
@@ -133,7 +134,10 @@ def test_full_disk_of_worker_is_reported_and_leaves_no_partial_file(
     killable_cluster.work("full", limit="ulimit -f 1")
     out = tmp_path / "out"
     assert (
-        killable_cluster.export("export", shot_file, "-o", out / "n.####.exr", *fetch).wait(60) == 2
+        killable_cluster.export("export", shot_file, "-o", out / "n.####.exr", *fetch).wait(
+            PATIENCE_S
+        )
+        == 2
     )
     last = killable_cluster.said("export").splitlines()[-1]
     assert "could not be written" in last and "worker tcp://" in last
@@ -149,7 +153,9 @@ def test_worker_without_opengl_is_reported_with_its_address(shot_file, tmp_path,
     killable_cluster.kill("worker 0")
     killable_cluster.work("blind", GLCONTEXT_LINUX_LIBEGL="no_such_library.so")
     assert (
-        killable_cluster.export("export", shot_file, "-o", tmp_path / "out" / "n.####.exr").wait(60)
+        killable_cluster.export("export", shot_file, "-o", tmp_path / "out" / "n.####.exr").wait(
+            PATIENCE_S
+        )
         == 2
     )
     last = killable_cluster.said("export").splitlines()[-1]
@@ -186,7 +192,7 @@ def test_missing_scheduler_is_reported_in_one_line(shot_file, tmp_path):
         capture_output=True,
         text=True,
         check=True,
-        timeout=60,
+        timeout=PATIENCE_S,
     )
     assert json.loads(run.stdout) == [2] * len(lines)
     messages = run.stderr.splitlines()
@@ -200,7 +206,7 @@ def test_cluster_export_waits_for_first_worker_with_message(shot_file, tmp_path,
     export = killable_cluster.export("waiting", shot_file, "-o", tmp_path / "out" / "n.####.exr")
     wait_for(lambda: "no worker is there yet" in killable_cluster.said("waiting"))
     killable_cluster.work("late")
-    assert export.wait(60) == 0
+    assert export.wait(PATIENCE_S) == 0
     assert len(files_in(tmp_path / "out")) == 6
 
 
@@ -217,7 +223,7 @@ def test_cluster_export_completes_after_killed_worker(
     killable_cluster.kill("worker 0")
     inodes_before = {path: path.stat().st_ino for path in out.glob("n.*")}
     killable_cluster.work("another")
-    assert export.wait(60) == 0, killable_cluster.said("export")
+    assert export.wait(PATIENCE_S) == 0, killable_cluster.said("export")
     assert files_in(out) == files_in(tmp_path / "whole")
     assert all(path.stat().st_ino == inode for path, inode in inodes_before.items())
 
@@ -287,7 +293,7 @@ def test_cluster_export_continues_without_client_and_can_be_rejoined(
         lambda: "goes on with what the cluster has under way" in killable_cluster.said("again")
     )
     os.kill(worker, signal.SIGCONT)
-    assert export.wait(60) == 0, killable_cluster.said("again")
+    assert export.wait(PATIENCE_S) == 0, killable_cluster.said("again")
     assert files_in(out) == files_in(tmp_path / "whole")
     assert all(
         path.stat().st_ino == inode for path, inode in inodes_before.items() if path.exists()
@@ -379,7 +385,7 @@ def test_death_of_scheduler_is_reported_and_export_can_be_resumed(
     export = own_cluster.export("export", many_frames_shot, "-o", out / "n.####.exr", "--chunk", 2)
     wait_for(lambda: len(list(out.glob("n.*"))) > 2)
     own_cluster.kill("scheduler")
-    assert export.wait(60) == 2
+    assert export.wait(PATIENCE_S) == 2
     assert "The scheduler has gone" in own_cluster.said("export").splitlines()[-1]
     assert own_cluster.ended("worker 0") == 0 and "the scheduler has ended" in own_cluster.said(
         "worker 0"
@@ -403,7 +409,7 @@ def test_worker_command_runs_several_processes(capsys, many_frames_shot, tmp_pat
         workers = children_of(inner)
         assert len(workers) == 2
         os.kill(workers[0], signal.SIGKILL)
-        assert export.wait(60) == 0, cluster.said("export")
+        assert export.wait(PATIENCE_S) == 0, cluster.said("export")
         assert files_in(out) == files_in(tmp_path / "whole")
         cluster.kill("two", signal.SIGINT)
         wait_for(lambda: not any(os.path.exists(f"/proc/{worker}") for worker in workers))

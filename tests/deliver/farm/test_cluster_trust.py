@@ -24,6 +24,7 @@ from heatlens.fronts.commands.main import main
 from support.dask_cluster import DaskCluster, dask_cluster, wait_for
 from support.exports import export_shot, files_in, refused_export_message
 from support.lying_worker import ANSWERS, LIES
+from support.patience import PATIENCE_S
 
 RUNS = """
 from pathlib import Path
@@ -110,7 +111,7 @@ def test_client_that_lost_its_scheduler_connects_no_more(scheduler):
         task = client.submit(os.getcwd)
         client.loop.add_callback(client.scheduler_comm.comm.abort)
         with pytest.raises(Exception) as caught:
-            task.result(timeout=20)
+            task.result(timeout=PATIENCE_S)
         assert is_loss(caught.value)
         wait_for(client._handle_report_task.done)
         assert client.status != "running" and client.scheduler_comm is None
@@ -184,7 +185,7 @@ def test_export_runs_no_code_from_messages_of_scheduler(shot_file, tmp_path, han
         if handler in ("gather", "publish_get"):
             cluster.work("worker 0")
         export = cluster.export("export", shot_file, "-o", tmp_path / "out" / "n.####.exr")
-        assert export.wait(60) == 2, cluster.said("export")
+        assert export.wait(PATIENCE_S) == 2, cluster.said("export")
     finally:
         cluster.stop()
     assert not ran.exists() and "Traceback" not in cluster.said("export")

@@ -11,6 +11,7 @@ import pytest
 from heatlens.media.documents.shot_file import write_shot
 from support.exports import export_shot, files_in, shot_of, write_plates
 from support.manual import page
+from support.patience import PATIENCE_S
 from support.slurm import BIN, Slurm, free_ports, why_no_slurm
 
 SCRIPTS = Path(distributed.__file__).parents[4] / "bin"  # of the packages, where they are elsewhere
@@ -33,7 +34,7 @@ def run_block(block: str, folder: Path, environment: dict[str, str]) -> None:
     paths = os.pathsep.join([str(BIN), str(SCRIPTS), environment["PATH"]])
     process = subprocess.run(
         ["bash", "-em"], input=block, text=True, cwd=folder, env=environment | {"PATH": paths},
-        capture_output=True, check=False, timeout=120,
+        capture_output=True, check=False, timeout=PATIENCE_S,
     )  # fmt: skip
     assert process.returncode == 0, process.stdout + process.stderr
 

@@ -9,6 +9,7 @@ import pytest
 from heatlens.deliver.farm.events import event_in
 from support.dask_cluster import HEATLENS
 from support.exports import export_shot, files_in
+from support.patience import PATIENCE_S
 
 # Python imports this module at its start; each renamed file then prints, as a driver might.
 NOISE = """
@@ -46,7 +47,11 @@ def test_export_with_printing_processes_gives_same_files(capsys, shot_file, tmp_
 def test_submit_measures_job_despite_printed_noise(shot_file, tmp_path, noise_bytes):
     words = ("export", shot_file, "-o", tmp_path / "n.####.exr", "--submit", "openjd")
     process = subprocess.run(
-        [*HEATLENS, *map(str, words)], capture_output=True, text=True, timeout=120, check=False
+        [*HEATLENS, *map(str, words)],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
     )
     assert process.returncode == 0 and "fault" not in process.stderr, process.stderr[-2000:]
 
@@ -54,7 +59,7 @@ def test_submit_measures_job_despite_printed_noise(shot_file, tmp_path, noise_by
 def test_json_progress_is_not_mixed_with_library_output(shot_file, tmp_path, noise_bytes):
     """Output of C code and of file descriptors goes to stderr; Python's prints stay on stdout."""
     words = ("export", shot_file, "-o", tmp_path / "n.####.exr", "--progress=json")
-    process = subprocess.run([*HEATLENS, *map(str, words)], capture_output=True, timeout=120)
+    process = subprocess.run([*HEATLENS, *map(str, words)], capture_output=True, timeout=PATIENCE_S)
     assert process.returncode == 0
     assert b"xxx" not in process.stdout and b"yyy" not in process.stdout
     assert b"xxx" in process.stderr and b"yyy" in process.stderr

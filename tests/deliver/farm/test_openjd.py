@@ -30,6 +30,7 @@ from heatlens.version import __version__
 from support.cube_config import cube_config
 from support.exports import export_shot, files_in, refused_export_message, write_shot_file
 from support.exr_files import write_file
+from support.patience import PATIENCE_S
 
 BIN = Path(sys.executable).parent  # where the commands of this environment are
 
@@ -53,7 +54,9 @@ def submit_openjd(capsys, *words: str) -> tuple[str, str]:
 def openjd(*words: object) -> subprocess.CompletedProcess[str]:
     environment = os.environ | {"PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}"}
     command = [BIN / "openjd", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60)
+    return subprocess.run(
+        command, capture_output=True, text=True, env=environment, timeout=PATIENCE_S
+    )
 
 
 def arguments(template: str) -> list[str]:

@@ -23,6 +23,7 @@ from support.exports import (
     shot_of,
     write_plates,
 )
+from support.patience import PATIENCE_S
 
 
 @pytest.mark.parametrize("output", ["n.####.exr", "n.####.png", "m.mov"])
@@ -146,7 +147,7 @@ def test_export_with_killed_process_can_be_resumed(capsys, tmp_path, victim):
             os.kill(processes[0], signal.SIGKILL)
         else:
             export.send_signal(signal.SIGINT if "asked" in victim else signal.SIGKILL)
-        assert export.wait(60) == {"a process": 2, "the export": -9}.get(victim, 130)
+        assert export.wait(PATIENCE_S) == {"a process": 2, "the export": -9}.get(victim, 130)
         assert export.stderr is not None
         message = export.stderr.read()
     assert "export again" in message or victim != "a process"

@@ -15,6 +15,7 @@ from heatlens.fronts.commands.main import main
 from heatlens.version import __version__
 from support.dask_cluster import HEATLENS
 from support.exports import export_shot, files_in, refused_export_message
+from support.patience import PATIENCE_S
 
 # What the job was written by (version/driver), and a word of the message on the difference.
 OTHERS = [("9.9", "heatlens"), (f"{__version__}/GeForce 9", "graphics driver"), ("9.9/x", "and")]
@@ -103,7 +104,7 @@ def run_export(*words: object) -> "subprocess.CompletedProcess[str]":
 
 def run_words(*words: object) -> "subprocess.CompletedProcess[str]":
     line = [*HEATLENS, *map(str, words)]
-    return subprocess.run(line, capture_output=True, text=True, check=False, timeout=120)
+    return subprocess.run(line, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
 
 
 def test_device_option_applies_to_all_processes(capsys, shot_file, tmp_path):

@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import heatlens
+from support.patience import PATIENCE_S
 
 _FORKED = """
 import multiprocessing, sys
@@ -27,7 +28,7 @@ with multiprocessing.get_context("fork").Pool(2) as pool:
 
 def output_after_fork(before):
     words = [sys.executable, "-c", _FORKED, before]
-    process = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)
+    process = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert process.returncode == 0, process.stderr
     return process.stdout
 

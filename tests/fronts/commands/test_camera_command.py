@@ -28,6 +28,7 @@ from support.cameras import FRAMES, SHOTS, moving_camera
 from support.command_line import folder_of
 from support.exports import write_shot_file
 from support.exr_files import rgb, write_file
+from support.patience import PATIENCE_S
 
 LENS = Lens(50.0, 1.3, 2.24, 36.0)
 SHOT = replace(
@@ -92,7 +93,7 @@ def receive_samples(monkeypatch, *words: str, count: int = 4) -> list[LensSample
     monkeypatch.setattr(RingSources, "add_sample", lambda self, sample: received.append(sample))
     with LensReceiver(parse_ring_address("opentrackio://:0")) as receiver:
         assert main(["camera", *words, "--send", str(receiver.address)]) == 0
-        end = time.monotonic() + 30.0
+        end = time.monotonic() + PATIENCE_S
         while len(received) < count and time.monotonic() < end:
             time.sleep(0.01)
     return received

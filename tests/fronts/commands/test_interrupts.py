@@ -14,9 +14,8 @@ from fuzz.interrupts import COMMANDS, STILL, Bench
 from heatlens.core.base import stopping
 from heatlens.core.base.errors import FAULT_CODE
 from support.command_line import ENVIRONMENT
+from support.patience import PATIENCE_S
 from support.x_server import Screen, Window
-
-PATIENT_S = 20.0  # no test of how fast, only of whether: `python tests/fuzz/interrupts.py` measures
 
 
 @pytest.fixture(autouse=True)
@@ -39,7 +38,7 @@ def test_interrupted_command_ends_cleanly(bench, name, number):
     rng = random.Random(name)
     for to_group in (False, True):
         outcome = bench.interrupted(name, rng.uniform(0.1, 1.0), number, to_group)
-        assert not outcome.faults(number, PATIENT_S), outcome
+        assert not outcome.faults(number, PATIENCE_S), outcome
 
 
 def test_remove_leftovers_deletes_only_unfinished_files(tmp_path):
@@ -111,7 +110,7 @@ def test_stop_message_is_printed_once_if_work_must_be_killed():
     )
     assert process.stdout is not None and process.stdout.readline() == "here\n"
     process.send_signal(signal.SIGINT)
-    _, message = process.communicate(timeout=60)
+    _, message = process.communicate(timeout=PATIENCE_S)
     assert (process.returncode, message) == (130, "heatlens: stopped\n")
 
 
@@ -142,7 +141,7 @@ def test_signal_closes_idle_window_and_saves_preferences(tmp_path: Path, number,
         window = Window(screen, tmp_path, *words)
         time.sleep(2.0)
         window.process.send_signal(number)
-        outputs = window.process.communicate(timeout=60)
+        outputs = window.process.communicate(timeout=PATIENCE_S)
     finally:
         screen.close()
     assert (window.process.returncode, *outputs) == (code, "", "heatlens: stopped\n")

@@ -8,6 +8,7 @@ import pytest
 import heatlens
 from support.command_line import ENVIRONMENT, start_heatlens
 from support.exr_files import distances, rgb, write_file
+from support.patience import PATIENCE_S
 
 NAME = "a b ü日"
 LENS = ("--f-stop", "2", "--focus-distance", "3", "--focal-length", "50", "--sensor-width", "36")
@@ -27,7 +28,7 @@ def test_render_handles_file_names_outside_locale(tmp_path, locale):
     for suffix in (".exr", ".png"):
         out = tmp_path / f"{NAME} out{suffix}"
         process = start_heatlens("render", plate, "-o", out, *LENS, env=environment)
-        output, errors = process.communicate(timeout=120)
+        output, errors = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 0, errors
         assert out.stat().st_size > 0
         assert output.endswith(f"a b \\xfc\\u65e5 out{suffix}\n")

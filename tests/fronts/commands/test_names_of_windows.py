@@ -15,8 +15,9 @@ import pytest
 
 from support.command_line import ENVIRONMENT, picture, start_heatlens
 from support.lines_elsewhere import failed_lines
+from support.patience import PATIENCE_S
 from support.windows_standin import VERSION_VARIABLE
-from support.x_server import WAIT_S, Screen, Window
+from support.x_server import Screen, Window
 
 TESTS = Path(__file__).parents[2]
 FOLDER = TESTS / "support" / "windows"
@@ -72,12 +73,12 @@ def test_ctrl_c_leaves_no_unfinished_file(screen, tmp_path):
     environment = ENVIRONMENT | environment_of("3.11") | {"DISPLAY": screen.display}
     words = ("export", "demo", "-o", out / "n.mp4", "--size", "64x36", "--frames", "1-90")
     process = start_heatlens(*words, env=environment)
-    end = time.monotonic() + WAIT_S
+    end = time.monotonic() + PATIENCE_S
     while not list(out.glob(".heatlens-*")):
         assert time.monotonic() < end and process.poll() is None, process.communicate()
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=WAIT_S)
+    _, errors = process.communicate(timeout=PATIENCE_S)
     assert (process.returncode, errors.splitlines()[-1]) == (130, "heatlens: stopped")
     assert not out.exists()
 

@@ -16,6 +16,7 @@ from heatlens.lab.measure.study import folder as folders
 from heatlens.media.plate.exr.exr_write import write_exr
 from support.command_line import CAMERA, start_heatlens
 from support.exr_files import write_file
+from support.patience import PATIENCE_S
 from support.plates import room
 
 WIDTH, HEIGHT = 48, 27
@@ -238,5 +239,5 @@ def test_interrupted_study_keeps_old_report(capsys, plate, tmp_path, monkeypatch
 
 def test_study_help_has_examples():
     process = start_heatlens("study", "--help")
-    help_text, _ = process.communicate(timeout=60)
+    help_text, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0 and "examples:" in help_text and "--truth" in help_text

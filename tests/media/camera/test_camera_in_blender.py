@@ -13,6 +13,7 @@ from heatlens.media.camera.blender_write import blender_text
 from heatlens.media.camera.samples import with_renderer_f_stop
 from heatlens.render.source.named import camera_of_shot
 from support.blender import PYTHON
+from support.patience import PATIENCE_S
 
 FRAMES = FrameRange(101, 126)
 # Blender's usual state: a mesh is selected and active, and the camera of the scene is another.
@@ -58,7 +59,7 @@ def test_real_blender_has_lens_at_frames_and_linear_between(tmp_path):
     (tmp_path / "cam.py").write_text(blender_text(camera))
     (tmp_path / "probe.py").write_text(PROBE)
     words = [PYTHON, str(tmp_path / "probe.py"), str(tmp_path / "cam.py")]
-    process = subprocess.run(words, capture_output=True, text=True, check=False, timeout=300)
+    process = subprocess.run(words, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
     assert process.returncode == 0, process.stderr
     facts = json.loads(next(x for x in process.stdout.splitlines() if x.startswith("FACTS"))[5:])
     assert facts["active"] == "Cube" and facts["camera"] and facts["use_dof"]

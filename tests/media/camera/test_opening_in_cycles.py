@@ -13,6 +13,7 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.media.camera.blender_write import blender_text
 from heatlens.render.source.named import camera_of_shot
 from support.blender import PYTHON
+from support.patience import PATIENCE_S
 
 SIDE = 128
 LAMP_M, LAMP_RADIUS_M = 4.0, 0.05
@@ -76,7 +77,7 @@ def test_cycles_renders_lamp_as_disc_of_opening(tmp_path, opening) -> None:
     (tmp_path / "cam.py").write_text(blender_text(camera_of_shot(shot, "cam")))
     (tmp_path / "render.py").write_text(RENDER)
     words = [PYTHON, *(str(tmp_path / name) for name in ("render.py", "cam.py", "lamp.npy"))]
-    process = subprocess.run(words, capture_output=True, text=True, check=False, timeout=300)
+    process = subprocess.run(words, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
     assert process.returncode == 0, process.stderr
     cycles = np.load(tmp_path / "lamp.npy").astype(np.float64)
     y, x = np.indices(cycles.shape) + 0.5 - SIDE / 2

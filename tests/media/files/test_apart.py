@@ -19,11 +19,11 @@ from heatlens.render.source.opened import Opened
 from heatlens.render.source.opener import SourceOpener
 from support.command_line import CAMERA, ENVIRONMENT, channels
 from support.exr_files import write_file
+from support.patience import PATIENCE_S
 from support.usd_cameras import nested_references_stage
 from support.x_server import Screen, Window
 
 LONG = {"HEATLENS_READING_SECONDS": "600", "HEATLENS_READING_GIGABYTES": "60"}
-PATIENCE_S = 60.0
 
 
 @pytest.fixture

@@ -22,6 +22,7 @@ from heatlens.fronts.commands.main import main
 from heatlens.media.files.picture_formats import suffixes_read
 from heatlens.media.plate.picture.picture_open import open_picture
 from heatlens.media.plate.read import read_plate
+from support.patience import PATIENCE_S
 
 APP = Path(heatlens.__file__).parent
 HOME = APP / "media" / "files" / "opened_by_ending.py"
@@ -210,5 +211,5 @@ def test_fingerprint_of_playlist_named_as_movie_opens_nothing(tmp_path):
     answer: list[str | None] = []
     asking = threading.Thread(target=lambda: answer.append(fingerprint_in(movie)), daemon=True)
     asking.start()
-    asking.join(60)
+    asking.join(PATIENCE_S)
     assert answer == [None]

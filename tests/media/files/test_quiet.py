@@ -13,6 +13,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.media.files.quiet import quiet_library
 from heatlens.media.plate.read import read_plate
 from support.exr_files import distances, rgb, write_file
+from support.patience import PATIENCE_S
 
 
 def test_quiet_library_drops_only_output_of_its_thread(capfd):
@@ -37,11 +38,11 @@ def test_quiet_library_restores_streams_after_overlapping_blocks(capfd):
     def first():
         with quiet_library():
             first_is_in.set()
-            assert second_is_in.wait(30)
+            assert second_is_in.wait(PATIENCE_S)
 
     with ThreadPoolExecutor(1) as threads:
         job = threads.submit(first)
-        assert first_is_in.wait(30)
+        assert first_is_in.wait(PATIENCE_S)
         with quiet_library():
             second_is_in.set()
             job.result()

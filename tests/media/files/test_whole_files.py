@@ -26,6 +26,7 @@ from support.exports import (
     names_of,
     write_shot_file,
 )
+from support.patience import PATIENCE_S
 
 SHOWN = ("--view", "sRGB curve")
 
@@ -130,7 +131,7 @@ def test_export_to_full_disk_reports_it_and_leaves_no_partial_file(
     name = f"n{suffix}" if suffix in (".mov", ".mp4") else f"n.####{suffix}"
     words = () if suffix == ".exr" else SHOWN
     process = start_heatlens("export", shot_file, "-o", small_disk / name, *words)
-    message = process.communicate(timeout=60)[1].splitlines()[-1]
+    message = process.communicate(timeout=PATIENCE_S)[1].splitlines()[-1]
     assert process.returncode == 2 and ".part" not in message
     assert "could not be written" in message or "are free on that disk" in message
     assert parts_in(small_disk) == []
@@ -217,7 +218,7 @@ def test_export_to_read_only_disk_reports_it_in_one_sentence(tmp_path, shot_file
         pytest.skip("mounting is not allowed here")
     try:
         process = start_heatlens("export", shot_file, "-o", folder / "n.####.exr")
-        message = process.communicate(timeout=60)[1]
+        message = process.communicate(timeout=PATIENCE_S)[1]
     finally:
         subprocess.run(["umount", folder], check=True)
     assert process.returncode == 2

@@ -14,11 +14,11 @@ from heatlens.media.live.ring.opentrackio import Encoding, source_id, split_into
 from heatlens.media.live.ring.receiver import LensReceiver
 from heatlens.media.live.ring.sender import LensSender, send_at_rate
 from heatlens.media.live.ring.sources import MAX_SOURCES, SILENT_AFTER_S, LensSample, RingSources
+from support.patience import PATIENCE_S
 
 A, B = source_id("A"), source_id("B")
 
 LOOPBACK = RingAddress(protocol=Protocol.OPENTRACKIO, host="127.0.0.1", port=0)
-PATIENCE_S = 30.0
 
 
 @pytest.fixture

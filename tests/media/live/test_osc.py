@@ -22,9 +22,9 @@ from heatlens.media.live.ring.address import (
 from heatlens.media.live.ring.hearing import SampleCollector
 from heatlens.media.live.ring.receiver import LensReceiver, OscDecoder
 from heatlens.media.live.ring.sources import CHANNELS_MOST, LensSample
+from support.patience import PATIENCE_S
 
 SENDER = ("127.0.0.1", 5)
-PATIENCE_S = 30.0
 
 
 def message(address: str, *values: object):

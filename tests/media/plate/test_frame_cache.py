@@ -7,7 +7,6 @@ import pytest
 
 from heatlens.media.frame_cache.cache import Damaged, FrameCache
 from support.frame_caches import (
-    PATIENCE_S,
     PLATE_BYTES,
     Reader,
     ReadyEvent,
@@ -16,6 +15,7 @@ from support.frame_caches import (
     sequence_of,
     wait_until_idle,
 )
+from support.patience import PATIENCE_S
 
 
 def test_frame_cache_reads_playhead_first_and_then_frames_ahead():

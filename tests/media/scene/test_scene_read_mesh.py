@@ -14,6 +14,7 @@ from heatlens.media.scene.scene_read import read_scene
 from support.command_line import start_heatlens
 from support.gltf_files import encoded
 from support.mesh_files import MTL, OBJ, PIXELS, PLY, STL
+from support.patience import PATIENCE_S
 
 
 def test_obj_is_read_with_materials_and_map(tmp_path):
@@ -132,7 +133,7 @@ def test_ply_texture_that_cannot_be_loaded_is_only_noted(tmp_path, picture, mess
     if picture is not None:
         (tmp_path / "cloth.png").write_bytes(picture)
     process = start_heatlens("info", tmp_path / "a.ply")
-    out, err = process.communicate(timeout=120)
+    out, err = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0 and err == ""
     assert sum(message in line for line in out.splitlines()) == 1
 

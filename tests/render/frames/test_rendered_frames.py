@@ -35,7 +35,7 @@ from heatlens.render.rendered_frames.frame_key import (
     shot_key,
 )
 from heatlens.render.rendered_frames.stamp_book import StampBook
-from support.frame_caches import PATIENCE_S
+from support.patience import PATIENCE_S
 from support.session_files import LENS, room_file
 
 SOURCE = KeySource("/plates/a.exr", ((5, 7),))

@@ -14,9 +14,9 @@ from heatlens.studio.board.board import Board
 from heatlens.studio.board.facts import Facts
 from heatlens.studio.board.requests import Export, MarkAt, Open
 from support.evening import FAR_M, FIRST, begin_session, run_loop_once, write_plates
+from support.patience import PATIENCE_S
 
 LINES_MOST = 40
-PATIENCE_S = 120.0
 MAY_IMPORT = ("heatlens.studio.board.", "heatlens.core.")
 
 

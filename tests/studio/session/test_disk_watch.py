@@ -4,6 +4,7 @@ import threading
 from types import SimpleNamespace
 
 from heatlens.studio.session.opened import open_source
+from support.patience import PATIENCE_S
 
 
 class Cache:
@@ -28,10 +29,10 @@ def test_disk_watch_scans_repeatedly_until_closed_even_after_an_error(monkeypatc
     assert thread.daemon  # a disk that hangs does not keep the program
     try:
         watch.cache = cache = Cache()
-        assert cache.again.wait(60.0)
+        assert cache.again.wait(PATIENCE_S)
     finally:
         watch.close()
-    thread.join(60.0)
+    thread.join(PATIENCE_S)
     assert not thread.is_alive()
 
 

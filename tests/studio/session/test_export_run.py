@@ -12,6 +12,7 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.shot import Shot
 from heatlens.deliver.farm import export_process
 from heatlens.deliver.farm.export_process import ExportRun, ExportState
+from support.patience import PATIENCE_S
 
 # Prints a first line, ignores every polite signal, and would go on for a minute.
 SIGNAL_IGNORING_PROGRAM = (
@@ -46,7 +47,7 @@ def test_export_process_hears_signals_that_its_parent_ignores(monkeypatch, tmp_p
         for number, handler in zip(numbers, before, strict=True):
             signal.signal(number, handler)
     assert run._follower is not None
-    run._follower.join(60)
+    run._follower.join(PATIENCE_S)
     assert run.state is not None and run.state.last_sentence == "SIGINT SIGTERM"
     assert after == [signal.SIG_IGN] * 2
 
@@ -72,7 +73,7 @@ def run_in_place_of_export(monkeypatch, tmp_path, program, wake):
     run = ExportRun(wake)
     run.export(Shot(Lens(50.0, 2.0, 3.0, 36.0)), str(tmp_path / "a.####.exr"))
     assert run._follower is not None
-    run._follower.join(60)
+    run._follower.join(PATIENCE_S)
     return run.state
 
 
@@ -111,7 +112,7 @@ def test_cancel_kills_export_process_that_ignores_signals(monkeypatch, tmp_path)
         time.sleep(0.01)
     run.cancel()
     process = run._process
-    assert process is not None and process.wait(60) < 0
+    assert process is not None and process.wait(PATIENCE_S) < 0
     run.close()
     assert run.state is not None and run.state.is_stopped and "Stopped" in run.state.last_sentence
 
@@ -138,7 +139,7 @@ def test_failed_start_of_export_raises_and_next_export_runs(monkeypatch, tmp_pat
     assert not run.is_busy and run.state is None and not list(temp_folder.iterdir())
     run.export(shot, str(tmp_path / "a.####.exr"))
     assert run.state is not None and run._follower is not None
-    run._follower.join(60)
+    run._follower.join(PATIENCE_S)
     assert run.state.code == 0
 
 

@@ -25,6 +25,7 @@ from heatlens.studio.session.shot.editing import Editing
 from heatlens.studio.settings.preferences import Preferences
 from heatlens.studio.settings.start import Start
 from support.evening import begin_session, run_loop_once, run_until, run_until_settled
+from support.patience import PATIENCE_S
 from support.session_files import QUICK, room_file
 from support.shared import shared_of
 
@@ -271,7 +272,7 @@ def test_picture_is_written_on_a_thread_and_close_waits_for_it(room_session, tmp
     may_write, real_write_picture = threading.Event(), picture_commands.write_picture
 
     def write_slowly(*words, **keywords):
-        assert may_write.wait(20)
+        assert may_write.wait(PATIENCE_S)
         real_write_picture(*words, **keywords)
 
     monkeypatch.setattr(picture_commands, "write_picture", write_slowly)

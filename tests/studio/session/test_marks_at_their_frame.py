@@ -19,7 +19,7 @@ from support.evening import (
     run_until_settled,
 )
 from support.exr_files import write_file
-from support.frame_caches import PATIENCE_S
+from support.patience import PATIENCE_S
 
 FIRST, LAST, POINT = 1001, 1030, (8, 16)
 

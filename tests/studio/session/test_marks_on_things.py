@@ -14,6 +14,7 @@ from heatlens.studio.session.marks import surface_tracking
 from heatlens.studio.session.marks.matte_light import FLASH_S
 from support.evening import begin_session, run_until, run_until_settled
 from support.mattes import matte_plate
+from support.patience import PATIENCE_S
 from support.walks import WALL_M, Walk
 
 FIRST, COUNT = 1, 7
@@ -268,12 +269,12 @@ def test_stopped_tracking_leaves_the_mark_and_reads_no_more_frames(card, monkeyp
     def read(_cache, _options, frame):
         frames.append(frame)
         has_read.set()
-        assert goes_on.wait(60.0)
+        assert goes_on.wait(PATIENCE_S)
         return session.source.plate
 
     monkeypatch.setattr(surface_tracking, "plate_at", read)
     point = click_card(session, walk)
-    assert has_read.wait(60.0) and tracking.follows(point)
+    assert has_read.wait(PATIENCE_S) and tracking.follows(point)
     tracking.stop()
     goes_on.set()
     wait_for_busy_threads()

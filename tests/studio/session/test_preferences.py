@@ -25,6 +25,7 @@ from heatlens.studio.settings.preferences import (
     merge_changes,
 )
 from support.command_line import ENVIRONMENT
+from support.patience import PATIENCE_S
 
 OPTIONS = st.builds(
     PlateOptions,
@@ -222,7 +223,7 @@ def test_preferences_written_by_two_processes_lose_nothing(tmp_path):
     )
     command = [sys.executable, "-c", code, str(tmp_path)]
     windows = [subprocess.Popen([*command, name], env=ENVIRONMENT) for name in ("one", "two")]
-    assert [window.wait(60) for window in windows] == [0, 0]
+    assert [window.wait(PATIENCE_S) for window in windows] == [0, 0]
     assert len(Preferences.load(tmp_path).values.folders) == 40
 
 

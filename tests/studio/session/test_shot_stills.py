@@ -9,6 +9,7 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.studio.session.files import shot_stills
 from heatlens.studio.session.files.shot_stills import ShotStills
 from support.exr_files import write_file
+from support.patience import PATIENCE_S
 from support.session_files import write_scene
 
 WIDTH, HEIGHT = 512, 256
@@ -25,7 +26,7 @@ def write_plate(folder, light: float = 0.25) -> str:
 def wait_for_still(stills, source: str, number: int = 0, frame: int | None = None):
     """Request the still of shot `number`, wait for it and return it."""
     stills.still(number, lambda: (source, PlateOptions(), frame))
-    end = time.monotonic() + 60.0
+    end = time.monotonic() + PATIENCE_S
     while not stills._futures[number].done():
         assert time.monotonic() < end
         time.sleep(0.002)

@@ -33,7 +33,7 @@ from heatlens.studio.settings import preferences
 from heatlens.studio.settings.preferences import Preferences
 from heatlens.studio.settings.start import Start
 from support.exr_files import distances, rgb, write_file
-from support.frame_caches import PATIENCE_S
+from support.patience import PATIENCE_S
 from support.shot_files import FULL as SHOT
 
 

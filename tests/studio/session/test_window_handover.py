@@ -22,6 +22,7 @@ from heatlens.fronts.commands.main import main
 from heatlens.studio.board import window_handover
 from heatlens.studio.board.window_handover import WindowHandover, hand_over, handover_path
 from support.exr_files import distances, rgb, write_file
+from support.patience import PATIENCE_S
 
 
 def plate_file(folder: Path) -> Path:
@@ -190,7 +191,7 @@ def test_hand_over_waits_for_a_busy_window_but_for_no_dead_one(handover, monkeyp
     told, serve = threading.Event(), WindowHandover._serve_client
 
     def serve_late(self, client):
-        assert told.wait(60.0)
+        assert told.wait(PATIENCE_S)
         serve(self, client)
 
     monkeypatch.setattr(WindowHandover, "_serve_client", serve_late)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from support.browser import PATIENCE_S, ServeProcess
+from support.browser import ServeProcess
+from support.patience import PATIENCE_S
 from support.x_server import Screen
 
 BROWSERS = sorted(Path("/usr/lib").glob("*/webkit2gtk-4.*/MiniBrowser"))

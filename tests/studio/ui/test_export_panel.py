@@ -39,12 +39,12 @@ from heatlens.studio.settings.export_settings import (
 from heatlens.studio.ui.panels.export_panel import difference_from_window
 from support.dask_cluster import dask_cluster
 from support.gui import Gui, gui_of
+from support.patience import PATIENCE_S
 from support.plates import room
 
 FRAMES = (1001, 1002, 1003)
 TALL = (1280, 1500)  # the whole panel is seen
 FOCUS = LensParameter.FOCUS_DISTANCE
-WAIT_S = 90.0  # a bound for what must come
 
 
 def write_plates(folder: Path) -> Path:
@@ -68,7 +68,7 @@ def gui(session_context, tmp_path: Path) -> Iterator[Gui]:
 
 def wait_for(gui: Gui, is_true: Callable[[], bool], failure_note: Callable[[], object]) -> None:
     """Draw a frame every 0.05 s, which leaves the processors free, until `is_true()`."""
-    end = time.monotonic() + WAIT_S
+    end = time.monotonic() + PATIENCE_S
     while not is_true():
         assert time.monotonic() < end, failure_note()
         gui.frame()

@@ -11,6 +11,7 @@ from heatlens.media.sequence import folder_walk
 from heatlens.studio.settings.preferences import Preferences
 from support.exr_files import rgb, write_file
 from support.gui import gui_of
+from support.patience import PATIENCE_S
 
 K = imgui.Key
 
@@ -258,7 +259,7 @@ def test_slow_folder_does_not_block_and_the_last_request_counts(gui, plates, mon
 
     def list_slowly(folder, *how):
         if folder.name == "takes":
-            assert answer.wait(20)
+            assert answer.wait(PATIENCE_S)
         return real_list_folder(folder, *how)
 
     monkeypatch.setattr(folder_walk, "list_folder", list_slowly)

@@ -17,8 +17,9 @@ from heatlens.media.plate.exr.exr_write import write_exr
 from heatlens.media.sequence.sequence_search import find_sequence
 from heatlens.studio.ui.theme import SURROUND
 from support.command_line import ENVIRONMENT, start_heatlens
+from support.patience import PATIENCE_S
 from support.plates import room
-from support.x_server import WAIT_S, Screen, Window
+from support.x_server import Screen, Window
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +95,7 @@ def test_later_command_opens_its_file_in_the_running_window(
     window = Window(screen, tmp_path, plate)
     other_plate = shutil.copy(plate, tmp_path / "other.exr")
     later_process = start_heatlens(other_plate, env=window.environment)
-    later_process.communicate(timeout=WAIT_S)
+    later_process.communicate(timeout=PATIENCE_S)
     assert later_process.returncode == 0
     window.until(lambda: window.title() == "other.exr - heatlens", "the file named later")
     window.quit()
@@ -121,7 +122,7 @@ def test_real_window_shows_its_background_before_compiling_shaders(screen: Scree
     )
     screen.started.append(process)
     surround = [round(255 * value) for value in SURROUND]
-    end = time.monotonic() + WAIT_S
+    end = time.monotonic() + PATIENCE_S
     while (screen_pixels(screen) == surround).all(axis=2).mean() < 0.5:
         assert process.poll() is None and time.monotonic() < end
         time.sleep(0.1)
@@ -132,7 +133,7 @@ def test_real_window_shows_its_background_before_compiling_shaders(screen: Scree
 def test_view_without_a_display_reports_one_message(plate: Path) -> None:
     environment = {k: v for k, v in ENVIRONMENT.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     process = start_heatlens(plate, env=environment)
-    out, errors = process.communicate(timeout=60)
+    out, errors = process.communicate(timeout=PATIENCE_S)
     assert (process.returncode, out, errors.count("\n")) == (2, "", 1)
     assert "heatlens render" in errors and "DISPLAY" in errors
 

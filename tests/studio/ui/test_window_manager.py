@@ -26,8 +26,9 @@ from heatlens.render.gpu.device import Device
 from heatlens.studio.ui.picture.held_alone import HOLD_S
 from heatlens.studio.ui.theme import DARK
 from support.gui import gui_of
+from support.patience import PATIENCE_S
 from support.session_files import LENS, room_file
-from support.x_server import SCREEN, WAIT_S, Screen, Window
+from support.x_server import SCREEN, Screen, Window
 
 QUICK = ("--bokeh", "heat", "--quality", "draft", "--proxy", 0.5)
 FIRST, LAST = 1001, 1400
@@ -45,7 +46,7 @@ def control() -> Iterator[Screen]:
     yield screen
     screen.close()
     manager.kill()
-    manager.wait(WAIT_S)
+    manager.wait(PATIENCE_S)
 
 
 def geometry(window: Window, name: str = "") -> tuple[int, int]:

@@ -19,6 +19,7 @@ from heatlens.render.gpu.textures import download
 from heatlens.studio.ui.status_bar import mouse_words
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
+from support.patience import PATIENCE_S
 from support.scene_window import draw_small, picture_center, reset_scene, wait_for_whole_picture
 from support.session_files import QUICK
 
@@ -211,7 +212,7 @@ def test_grid_shows_previews_of_scene_looks_before_whole_pictures(scene_gui):
     gui.rest()
     wait_for_whole_picture(gui)
     session.pictures.looks.toggle_grid()
-    widths, words, end = [], {}, time.monotonic() + 60.0
+    widths, words, end = [], {}, time.monotonic() + PATIENCE_S
     gui.frame()
     while (
         any(session.pictures.sides.is_unfinished(name) for name in "AB") and time.monotonic() < end
