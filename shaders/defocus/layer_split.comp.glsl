@@ -27,6 +27,7 @@
 //   out_layer_img rgb times cover, a cover; of a hidden pixel a is below 0 and packs its coverage and its known
 //                 share (hidden_mark of lib/hidden.lib.glsl)
 //   out_state_img r diameter |coc| in pixels of the layer, g share of content (solid), 0..1
+//   tile_mask_buf TILE_WITH_HIDDEN for the tiles with hidden pixels (lib/hidden.lib.glsl)
 //   pixel list    the hidden pixels; with is_entered, those of the entering surface too (lib/entering.lib.glsl)
 // With LISTS, for pictures with fragment lists (lib/fragment_list.lib.glsl), hidden pixels carry their listed share of
 // the layer in these images, and there is one more output:
@@ -38,7 +39,7 @@
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, is_open, Fragment
 #endif
-#include "lib/hidden.lib.glsl"  // hidden_mark
+#include "lib/hidden.lib.glsl"  // hidden_mark, TILE_WITH_HIDDEN
 #include "lib/layer.lib.glsl"  // THIN, solidity, knowledge, coverage, visibility, membership, cut_near_px
 #include "lib/pixel_list.lib.glsl"  // list_append
 #include "lib/silhouette.lib.glsl"  // set_center, neighbor, coc_at, is_same_surface, coc_tx, infinity_px, UNMIXED ...
@@ -56,6 +57,8 @@ uniform int reduction;     // side of a pixel of the layer, in pixels of the pic
 uniform ivec2 layer_size;  // in pixels of its own; a smaller layer is in the corner of the images
 layout(rgba32f) uniform writeonly image2D out_layer_img;
 layout(rg32f) uniform writeonly image2D out_state_img;
+layout(std430) writeonly buffer tile_mask_block { uint tile_mask_buf[]; };
+uniform int tiles_across;  // in the mask
 #ifdef LISTS
 layout(rg16f) uniform writeonly image2D out_listed_img;
 uniform bool is_nearest;  // nothing of the layer is hidden
@@ -267,6 +270,7 @@ void store(ivec2 at, Sum sum) {
 #endif
     bool hidden = known < 1.0 || is_entered && sum.ends < sum.count;
     if (hidden) list_append(at);
+    if (hidden) tile_mask_buf[at.y / TILE * tiles_across + at.x / TILE] = TILE_WITH_HIDDEN;
     vec4 layer = sum.layer * of_known;
     float diameter = sum.diameter / max(sum.solid + LEAST_SOLID * sum.known, 1e-18) / float(reduction);
     imageStore(out_layer_img, at, vec4(layer.rgb, hidden ? hidden_mark(layer.a, known) : layer.a));

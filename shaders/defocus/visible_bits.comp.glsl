@@ -7,14 +7,14 @@
 //
 // Inputs
 //   layer_tx        a below 0 in hidden pixels
-//   tile_mask_buf   the active tiles (lib/tile_mask.lib.glsl)
+//   tile_mask_buf   the active tiles, and those with hidden pixels (layer_split.comp.glsl)
 //   are_hidden_visible   all pixels in active tiles count as visible
 // Output
 //   bits_buf        32 pixels a word, along each direction; bits beyond the picture's edge are 0
 
 #include "lib/bit_search.lib.glsl"  // lowest_bit, highest_bit
-#include "lib/hidden.lib.glsl"  // pixel_of, words_per_line, lines_of, first_word, DIRECTION
-#include "lib/tile_mask.lib.glsl"  // is_active
+#include "lib/hidden.lib.glsl"  // pixel_of, words_per_line, lines_of, first_word, DIRECTION, TILE_WITH_HIDDEN
+#include "lib/tile_mask.lib.glsl"  // tile_word
 
 layout(local_size_x = WORD_GROUP) in;
 
@@ -40,15 +40,16 @@ ivec2 line_range(int k, int line, ivec2 size) {
     return clamp(ends, ivec2(0), ivec2(size.y));
 }
 
-// The bits of a word of a line of direction k, from the pixel `begin` on, that are in active tiles. Goes through the word
-// by stretches of pixels in the same tile.
-uint active_bits(int k, int line, int begin) {
+// The bits of a word of a line of direction k, from the pixel `begin` on: x in active tiles, y in those with hidden pixels.
+// Goes through the word by stretches of pixels in the same tile.
+uvec2 active_bits(int k, int line, int begin) {
     ivec2 ends = line_range(k, line, layer_size);
-    uint bits = 0u;
+    uvec2 bits = uvec2(0u);
     for (int i = max(begin, ends.x), end = min(begin + 32, ends.y); i < end;) {
         ivec2 at = pixel_of(k, line, i, layer_size);
         int run = min(run_in_tile(at, DIRECTION[k]), end - i);
-        if (is_active(at)) bits |= (~0u >> (32 - run)) << (i - begin);
+        uint stretch = (~0u >> (32 - run)) << (i - begin), tile = tile_word(at / TILE);
+        bits |= uvec2(tile != 0u ? stretch : 0u, tile >= TILE_WITH_HIDDEN ? stretch : 0u);
         i += run;
     }
     return bits;
@@ -64,10 +65,12 @@ uint visible_bits(uint bits, ivec2 first, ivec2 direction) {
 
 void main() {
     int word = int(gl_GlobalInvocationID.x), k = int(gl_GlobalInvocationID.y);
-    int per_line = words_per_line(k, layer_size), line = word / per_line, begin = word % per_line * 32;
+    // A software rasterizer divides whole numbers one by one, and floats all at once: exact for up to 2^20 words.
+    int per_line = words_per_line(k, layer_size), line = int((float(word) + 0.5) / float(per_line));
+    int begin = (word - line * per_line) * 32;
     if (line >= lines_of(k, layer_size)) return;
-    uint bits = active_bits(k, line, begin);
+    uvec2 bits = active_bits(k, line, begin);
     ivec2 first = pixel_of(k, line, begin, layer_size);
-    if (!are_hidden_visible) bits = visible_bits(bits, first, DIRECTION[k]);
-    bits_buf[first_word(k, layer_size) + word] = bits;
+    uint searched = are_hidden_visible ? 0u : bits.y;
+    bits_buf[first_word(k, layer_size) + word] = bits.x & ~searched | visible_bits(searched, first, DIRECTION[k]);
 }

@@ -18,6 +18,9 @@ float hidden_mark(float cover, float known) { return -1.0 - cover - 4.0 * floor(
 float marked_known(float alpha) { return floor((-1.0 - alpha) / 4.0) / KNOWN_STEPS; }
 float marked_cover(float alpha) { return -1.0 - alpha - 4.0 * KNOWN_STEPS * marked_known(alpha); }
 
+// Least word of the mask of a layer's tiles (lib/tile_mask.lib.glsl) for a tile that may have hidden pixels; 1 for others.
+#define TILE_WITH_HIDDEN 2u
+
 #define NO_COST (-1.0)  // cost of a direction (hidden_cost.comp.glsl) that has no two ends; others are above -0.5
 #define NO_WORD 0xffffu  // in place of the number of a word of a line
 

@@ -4,5 +4,6 @@
 layout(std430) readonly buffer tile_mask_block { uint tile_mask_buf[]; };
 uniform int tiles_across;  // tiles across the whole picture
 
-bool is_tile_active(ivec2 tile) { return tile_mask_buf[tile.y * tiles_across + tile.x] != 0u; }
+uint tile_word(ivec2 tile) { return tile_mask_buf[tile.y * tiles_across + tile.x]; }
+bool is_tile_active(ivec2 tile) { return tile_word(tile) != 0u; }
 bool is_active(ivec2 at) { return is_tile_active(at / TILE); }

@@ -230,10 +230,11 @@ def next_words(bits: np.ndarray, per_line: int) -> np.ndarray:
 
 @pytest.mark.parametrize("size", [(331, 77), (45, 150), (16, 16)])
 def test_visible_bits_mark_pixels_in_every_direction(ctx, rng, size):
-    active = rng.random(tile_count(size)[::-1]) < 0.5
-    words = ctx.buffer(active.astype(np.uint32).tobytes())
+    active, is_whole = (rng.random(tile_count(size)[::-1]) < share for share in (0.5, 0.4))
+    words = ctx.buffer((active * np.where(is_whole, 1, 2)).astype(np.uint32).tobytes())
     mask = TileMask(words, tile_count(size), words, words)
-    alpha = np.where(rng.random(size[::-1]) < 0.02, 0.5, -1.5)
+    whole_pixels = np.kron(is_whole, np.ones((TILE, TILE)))[: size[1], : size[0]] != 0
+    alpha = np.where((rng.random(size[::-1]) < 0.02) | whole_pixels, 0.5, -1.5)
     color = new_texture(ctx, size, 4)
     upload(color, np.repeat(alpha[..., None], 4, axis=-1).astype(np.float32))
     out = VisiblePixels(*(ctx.buffer(b"\xa5" * VisiblePixels.bytes_for(size)) for _ in "bw"))

@@ -57,6 +57,7 @@ class LayerSplitPass:
             "is_entered": plan.is_entered and picture.lists is None,
             "reduction": plan.reduction,
             "layer_size": out.size,
+            **out.mask.uniforms,
         }
         lists = picture.lists
         images = {"out_layer_img": out.color, "out_state_img": out.state}
@@ -73,6 +74,7 @@ class LayerSplitPass:
                 textures=picture.textures(),
                 images=images,
                 buffers={"pixel_list_block": pixels, "tile_list_block": out.tile_list.words}
+                | {"tile_mask_block": out.mask.words}
                 | list_buffers(lists),
                 uniforms=uniforms | slice_uniforms,
             )
