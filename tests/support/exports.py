@@ -1,5 +1,6 @@
 """Tiny shots on disk, and `heatlens export` of them, for tests of the export."""
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -87,10 +88,15 @@ def refused_export_message(capsys, shot: object, out: object, *words: object) ->
 
 
 def files_in(folder: Path) -> dict[str, bytes]:
-    """Return name and content of every file in a folder, hidden ones as well."""
-    if not folder.is_dir():
-        return {}
-    return {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file()}
+    """Return name and content of every file in a folder, hidden ones as well.
+
+    A file that is renamed or removed meanwhile, as those of a running export are, is left out.
+    """
+    files = {}
+    for path in sorted(folder.iterdir()) if folder.is_dir() else ():
+        with suppress(FileNotFoundError):
+            files |= {path.name: path.read_bytes()} if path.is_file() else {}
+    return files
 
 
 def names_of(suffix: str, frames=FRAMES) -> list[str]:

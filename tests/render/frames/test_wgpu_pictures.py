@@ -2,6 +2,8 @@
 
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from heatlens.media.color.view_transform import view_transform
 from heatlens.render.display.display_pass import DisplayPass
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu import context
+from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram
 from heatlens.render.gpu.textures import download, new_texture, upload
 from heatlens.render.gpu.wgpu import spirv, wgpu_device
@@ -69,43 +72,45 @@ def assert_same_scene(picture: np.ndarray, by_opengl: np.ndarray) -> None:
     assert np.mean(differing <= 1e-4) >= 0.995
 
 
+def picture_of_plate(renderer: FrameRenderer, shot: Shot) -> np.ndarray:
+    renderer.load(plate_of(*wires_and_lamps(*SIZE)))
+    return renderer.pixels(shot)
+
+
 @pytest.mark.parametrize("name", SHOTS)
 def test_wgpu_picture_of_plate_is_that_of_opengl(renderer, wgpu_renderer, name):
     shot = Shot(LENS, SHOTS[name])
-    pictures = []
-    for one in (wgpu_renderer, renderer):
-        one.load(plate_of(*wires_and_lamps(*SIZE)))
-        pictures.append(one.pixels(shot))
-    assert_same_picture(*pictures)
+    assert_same_picture(*(picture_of_plate(one, shot) for one in (wgpu_renderer, renderer)))
 
 
 def test_wgpu_picture_by_blades_and_squeeze_is_that_of_opengl(renderer, wgpu_renderer):
-    lens = Lens(85.0, 1.2, 1.6, 36.0, squeeze=1.6, blades=5, cat_eye=0.5)
-    pictures = []
-    for one in (wgpu_renderer, renderer):
-        one.load(plate_of(*wires_and_lamps(*SIZE)))
-        pictures.append(one.pixels(Shot(lens)))
-    assert_same_picture(*pictures)
+    shot = Shot(Lens(85.0, 1.2, 1.6, 36.0, squeeze=1.6, blades=5, cat_eye=0.5))
+    assert_same_picture(*(picture_of_plate(one, shot) for one in (wgpu_renderer, renderer)))
+
+
+@contextmanager
+def counted_as_gpus(*devices: Device) -> Iterator[None]:
+    """Let renderers take the ways of drawing of a GPU."""
+    with pytest.MonkeyPatch.context() as patch:
+        for one in devices:
+            patch.setattr(one, "is_software", False)
+        yield
 
 
 @pytest.fixture(scope="module")
 def renderers_of_gpus(device, session_context):
-    """Renderers of both devices, which count as GPUs: they take the ways of drawing of a GPU."""
-    with pytest.MonkeyPatch.context() as patch:
-        for one in (device, session_context):
-            patch.setattr(one, "is_software", False)
-        yield FrameRenderer(device), FrameRenderer(session_context)
+    with counted_as_gpus(device, session_context):
+        return FrameRenderer(device), FrameRenderer(session_context)
 
 
 @pytest.mark.parametrize("quality", [Quality.FILM, Quality.FINAL])
 def test_picture_in_the_ways_of_a_gpu_is_that_of_opengl_on_the_processor(
-    renderer, renderers_of_gpus, quality
+    renderer, renderers_of_gpus, device, session_context, quality
 ):
-    shot, pictures = Shot(LENS, DefocusSettings(Bokeh.DISC, quality)), []
-    for one in (*renderers_of_gpus, renderer):
-        one.load(plate_of(*wires_and_lamps(*SIZE)))
-        pictures.append(one.pixels(shot))
-    by_wgpu, by_opengl, on_processor = pictures
+    shot = Shot(LENS, DefocusSettings(Bokeh.DISC, quality))
+    on_processor = picture_of_plate(renderer, shot)
+    with counted_as_gpus(device, session_context):
+        by_wgpu, by_opengl = (picture_of_plate(one, shot) for one in renderers_of_gpus)
     assert_same_picture(by_wgpu, by_opengl)
     assert differences(by_wgpu, on_processor).max() <= 1e-4  # whose solver rounds otherwise
 
