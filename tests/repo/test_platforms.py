@@ -101,6 +101,13 @@ def test_text_files_are_utf_8_on_every_system():
     assert opens_text_in_unknown_encoding("p.read_text()\nopen(p)\nopen(p, 'rb')") == [1, 2]
 
 
+def test_no_source_names_what_windows_has_from_python_3_12_on_only():
+    """So heatlens does the same there with either version, and one is tried."""
+    newer = re.compile(rf"\b({'|'.join(frozenset().union(*LACKING_BEFORE_3_12.values()))})\b")
+    assert newer.search("os.set_blocking(0, True)")
+    assert [name for name, text in SOURCES.items() if newer.search(text)] == []
+
+
 def test_no_source_asks_for_os_name():
     """Type checkers understand `sys.platform`, and `os.name` they do not."""
     assert [name for name, text in SOURCES.items() if re.search(r"\bos\.name\b", text)] == []

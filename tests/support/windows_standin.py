@@ -1,7 +1,8 @@
 """Stand in for Windows: modules of heatlens see Python's library with the names that it has there.
 
 It finds names, not behaviour: OpenGL, files and processes stay those of Linux, and X11's context
-takes the place of Windows' own. HEATLENS_NAMES_OF selects the version of Python, "3.11" or "3.12".
+takes the place of Windows' own. The names are those of Python 3.11, the oldest that heatlens runs
+on; those that came later are used nowhere (`repo/test_platforms.py`).
 """
 
 import builtins
@@ -19,7 +20,6 @@ from typing import Any
 from support.windows_kernel import Kernel, Locks
 from support.windows_names import LACKING, LACKING_BEFORE_3_12, MISSING_MODULES
 
-VERSION_VARIABLE = "HEATLENS_NAMES_OF"
 _real_import = builtins.__import__
 
 
@@ -51,9 +51,9 @@ class GroupPopen(subprocess.Popen):
         super().__init__(*words, **options)
 
 
-def modules_of_windows(version: str) -> dict[str, types.ModuleType]:
+def modules_of_windows() -> dict[str, types.ModuleType]:
     """Return what the modules of Python's library are there, by name."""
-    os_lacks = LACKING["os"] | (LACKING_BEFORE_3_12["os"] if version == "3.11" else frozenset())
+    os_lacks = LACKING["os"] | LACKING_BEFORE_3_12["os"]
     libraries = {"WinDLL": Kernel, "WinError": OSError, "get_last_error": lambda: 0}
     flags = {"CREATE_NEW_PROCESS_GROUP": 0x200, "BELOW_NORMAL_PRIORITY_CLASS": 0x4000}
     signals = {"SIGBREAK": signal.SIGUSR1, "CTRL_C_EVENT": 0, "CTRL_BREAK_EVENT": signal.SIGUSR1}
@@ -71,7 +71,7 @@ def modules_of_windows(version: str) -> dict[str, types.ModuleType]:
 
 def install() -> None:
     """Hand these modules to whatever heatlens imports in this process."""
-    hand_out(modules_of_windows(os.environ[VERSION_VARIABLE]), MISSING_MODULES)
+    hand_out(modules_of_windows(), MISSING_MODULES)
 
 
 def hand_out(swaps: Mapping[str, types.ModuleType], missing: frozenset[str]) -> None:

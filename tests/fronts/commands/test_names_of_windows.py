@@ -16,11 +16,12 @@ import pytest
 from support.command_line import ENVIRONMENT, picture, start_heatlens
 from support.lines_elsewhere import failed_lines
 from support.patience import PATIENCE_S
-from support.windows_standin import VERSION_VARIABLE
 from support.x_server import Screen, Window
 
 TESTS = Path(__file__).parents[2]
 FOLDER = TESTS / "support" / "windows"
+# Lets a process see the names that are there.
+THERE = {"PYTHONPATH": ":".join(map(str, (FOLDER, TESTS, ENVIRONMENT["PYTHONPATH"])))}
 QUICK = ("--quality", "draft", "--proxy", "0.5")
 # What is run, and a part of what it prints or of the names of the files that it writes.
 LINES = (
@@ -61,16 +62,10 @@ def screen() -> Iterator[Screen]:
     opened.close()
 
 
-def environment_of(version: str) -> dict[str, str]:
-    """Return the environment of a process that sees the names of this version of Python."""
-    folders = (FOLDER, TESTS, ENVIRONMENT["PYTHONPATH"])
-    return {"PYTHONPATH": ":".join(map(str, folders)), VERSION_VARIABLE: version}
-
-
 def test_ctrl_c_leaves_no_unfinished_file(screen, tmp_path):
     """No parent process removes them there, as one does on Linux."""
     out = tmp_path / "out"
-    environment = ENVIRONMENT | environment_of("3.11") | {"DISPLAY": screen.display}
+    environment = ENVIRONMENT | THERE | {"DISPLAY": screen.display}
     words = ("export", "demo", "-o", out / "n.mp4", "--size", "64x36", "--frames", "1-90")
     process = start_heatlens(*words, env=environment)
     end = time.monotonic() + PATIENCE_S
@@ -95,21 +90,18 @@ def test_end_removes_what_a_thread_has_not_finished(tmp_path):
         "launch._run_command = work\n"
         "launch.main()"
     )
-    environment = ENVIRONMENT | environment_of("3.11")
+    environment = ENVIRONMENT | THERE
     command = [sys.executable, "-c", code, str(tmp_path / "half")]
     assert subprocess.run(command, env=environment, check=False).returncode == 130
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("version", ["3.11", "3.12"])
-def test_commands_and_window_find_their_names(version, screen, tmp_path):
-    environment = ENVIRONMENT | environment_of(version) | {"DISPLAY": screen.display}
+def test_commands_and_window_find_their_names(screen, tmp_path):
+    environment = ENVIRONMENT | THERE | {"DISPLAY": screen.display}
     assert failed_lines(LINES, tmp_path, environment, REFUSED) == {}
     _, pixels = picture(tmp_path / "out" / "r.exr")
     assert np.ptp(pixels) > 0.1
-    window = Window(
-        screen, tmp_path, "view", str(tmp_path / "one.exr"), *QUICK, **environment_of(version)
-    )
+    window = Window(screen, tmp_path, "view", str(tmp_path / "one.exr"), *QUICK, **THERE)
     window.rest()
     assert len(screen.picture().getcolors(1 << 24)) > 100
     window.quit()
