@@ -129,7 +129,7 @@ def test_missing_frame_stops_playback_only_with_missing_stop(session, time, tmp_
 def test_timeline_runs_report_frames_in_memory(session, time):
     first_frames = range(FIRST, FIRST + 8)
     run_until(session, lambda: all(map(time.cache.get, first_frames)), "eight frames in a row")
-    (run,) = time.runs()
+    run = time.runs()[0]  # a later frame may arrive before the ninth
     assert (run.first, run.state) == (FIRST, "ready") and run.last >= FIRST + 7
     assert not time.is_outdated
 
