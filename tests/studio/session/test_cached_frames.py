@@ -20,6 +20,7 @@ from heatlens.render.rendered_frames.cached_pictures import to_half
 from heatlens.studio.board.session import Session
 from heatlens.studio.session.playing import ahead_jobs, frames_ahead
 from heatlens.studio.session.playing.cached_screen import CachedScreen
+from heatlens.studio.session.playing.render_scheduler import VisibleWork
 from heatlens.studio.settings.preferences import Preferences
 from heatlens.studio.settings.start import Start
 from support.evening import run_loop_once, run_until, run_until_settled, wait_for_all_frames
@@ -154,11 +155,13 @@ def test_input_delays_frames_ahead_for_a_moment(session, pull, monkeypatch):
     assert pull.seconds_until_needed() == pytest.approx(0.3)  # a ring counts as input
 
 
-def test_no_frame_is_rendered_ahead_while_playing_busy_or_switched_off(session, pull):
+def test_no_frame_is_rendered_ahead_while_playing_busy_or_switched_off(session, pull, monkeypatch):
     wait_until(lambda: session.poll() or pull.has_work)
-    pull._is_busy = lambda: True
-    assert not pull.has_work and pull.seconds_until_needed() is None
-    pull._is_busy = lambda: False
+    with monkeypatch.context() as patch:
+        # A visible picture that waits for programs: otherwise the loop would turn without a pause.
+        patch.setattr(VisibleWork, "is_rendering", True)
+        assert not pull.has_work and pull.seconds_until_needed() is None
+    assert pull.has_work and pull.seconds_until_needed() is not None
     session.time.timeline.play(1)
     assert not pull.has_work
     session.time.timeline.play(1)

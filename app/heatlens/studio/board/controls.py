@@ -126,7 +126,7 @@ class TimeControl:
         timeline.playback.ending = preferences.ending
         timeline.playback.is_every_frame = preferences.every_frame
         rows = RowChoice(lambda: source.has_camera)
-        self.keys = KeyCommands(shared, rows, scenes.set_key)
+        self.keys, ring = KeyCommands(shared, rows, scenes.set_key), lens.ring
         self.marks = MarkCommands(shared, timeline, scenes)
         visible = VisibleWork(source, pictures.sides)
         self._plate_tracks = MarkTracks(self.marks.matte_distances)
@@ -141,10 +141,10 @@ class TimeControl:
 
         self.frames_ahead = FramesAhead(
             *(shared, pictures.frame_jobs, pictures.frame_store, pictures.cluster, timeline, view),
-            *(lambda: tracks.is_due, lambda: lens.ring.is_turning, make_screen),
+            *(lambda: visible.is_rendering or tracks.is_due, lambda: ring.is_turning, make_screen),
         )
         self.player = FramePlayer(shared, timeline, self.frames_ahead)
-        ring_recording = RingRecording(lens.ring, source, editing)
+        ring_recording = RingRecording(ring, source, editing)
         self.recording = PullRecording(shared, timeline, rows, ring_recording)
         self.scheduler = RenderScheduler(
             shared, pictures.sides, visible, self.frames_ahead, view, speed
