@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ import pytest
 from fuzz.interrupts import COMMANDS, STILL, Bench
 from heatlens.core.base import stopping
 from heatlens.core.base.errors import FAULT_CODE
+from heatlens.render.gpu.opengl import gl_device
 from support.command_line import ENVIRONMENT
 from support.patience import PATIENCE_S
 from support.x_server import Screen, Window
@@ -39,6 +41,18 @@ def test_interrupted_command_ends_cleanly(bench, name, number):
     for to_group in (False, True):
         outcome = bench.interrupted(name, rng.uniform(0.1, 1.0), number, to_group)
         assert not outcome.faults(number, PATIENCE_S), outcome
+
+
+def test_ctrl_c_while_a_context_is_made_ends_the_command_afterwards(monkeypatch):
+    """The library that makes it drops a KeyboardInterrupt: commands went on to their end."""
+
+    def make_and_drop(**_):
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(gl_device.moderngl, "create_context", make_and_drop)
+    with pytest.raises(KeyboardInterrupt):
+        gl_device.headless_device()
 
 
 def test_remove_leftovers_deletes_only_unfinished_files(tmp_path):

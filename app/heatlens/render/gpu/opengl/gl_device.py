@@ -14,6 +14,7 @@ import moderngl
 
 from heatlens.core.base.errors import GpuError
 from heatlens.core.base.log import LOG
+from heatlens.core.base.stopping import delay_interrupts
 from heatlens.core.base.system_packages import driver_advice, opengl_advice
 from heatlens.render.gpu.device import Device, Limits, Timer
 from heatlens.render.gpu.framebuffer import Blend, DepthTest, Framebuffer
@@ -193,7 +194,9 @@ def _raw(wrapper: Any) -> Any:
 def headless_device() -> GlDevice:
     """Make a device that needs no window. Raises GpuError that says what to install."""
     try:
-        return GlDevice(moderngl.create_context(standalone=True, require=430, **_WITHOUT_DISPLAY))
+        with delay_interrupts():  # its C code drops a KeyboardInterrupt, and makes a context
+            raw = moderngl.create_context(standalone=True, require=430, **_WITHOUT_DISPLAY)
+        return GlDevice(raw)
     except Exception as error:  # moderngl and glcontext raise bare Exception
         raise GpuError(f"No OpenGL 4.3 ({error}). {_help(str(error))}") from error
 
