@@ -34,7 +34,7 @@
 
 #include "lib/hidden_block.lib.glsl"  // MARK_WHOLE, neighbor_block, layer_size, PIXELS_PER_GROUP ...
 #include "lib/highlight_limit.lib.glsl"  // highlight_share, dim, undim
-#include "lib/layer.lib.glsl"  // solidity
+#include "lib/layer.lib.glsl"  // solidity, has_weights, without_weight
 #include "lib/entering.lib.glsl"  // is_entered, is_second_round, free_share_at, has_entering ...
 #include "lib/visible_ends.lib.glsl"  // is_visible, is_beyond_reach, all_ends_of, hidden_mark, marked_known, marked_cover ...
 
@@ -68,6 +68,7 @@ layout(rg32f) uniform writeonly image2D out_state_img;
 #define LOG_OF_NONE (-69.0)    // logarithm of what an end counts that does not exist
 #define LINE_BEHIND 0.6        // how far the pixels behind an end are averaged where lines are followed, in steps
 #define MOST_SHOWN 0.85        // how far the nearer layer, which has the same surface, shows it at most: its guess is soft
+#define LEAST_WEIGHT 0.06      // least weight of a guess: half floats hold the blur of a smaller one too roughly
 #define BEHIND_REACH 0.26      // share of an end's diameter that is averaged behind it, with falling weight
 #define BEHIND_MOST 64         // samples are 1, 2, 4 .. 32 pixels behind an end, each for its whole interval
 
@@ -76,6 +77,7 @@ const float STEP_LENGTH[HIDDEN_DIRECTIONS] = float[](1.0, 1.0, sqrt(2.0), sqrt(2
 struct Content {
     vec4 layer;      // rgb with highlights dimmed, times coverage, a coverage
     float diameter;  // |coc| in pixels, multiplied by coverage
+    float weight;    // where a surface enters the farthest layer, the weight apart from the coverage; else 1
 };
 
 // The share of a pixel's color that is a highlight.
@@ -90,10 +92,11 @@ float highlight_share_at(vec3 color, ivec2 at) {
 // The visible content of a pixel; a highlight is reduced to its surroundings, because it must not
 // spread.
 Content content_at(ivec2 at) {
-    vec4 layer = without_weight(imageLoad(layer_img, at));
+    vec4 stored = imageLoad(layer_img, at), layer = is_entered ? without_weight(stored) : stored;
     vec3 color = layer.rgb / max(layer.a, 1e-4);
     color *= 1.0 - highlight_share_at(color, at);
-    return Content(vec4(dim(color) * layer.a, layer.a), texelFetch(state_tx, at, 0).r * layer.a);
+    float weight = is_entered && has_weights() ? stored.a : 1.0;
+    return Content(vec4(dim(color) * layer.a, layer.a), texelFetch(state_tx, at, 0).r * layer.a, weight);
 }
 
 // The cost of each direction, averaged over the 3 x 3 blocks around if `is_averaged`; NO_COST is left out. If
@@ -114,6 +117,7 @@ vec4 mean_cost(ivec2 block, bool is_averaged) {
 void add(inout Content sum, inout float weights, float weight, Content c) {
     sum.layer += weight * c.layer;
     sum.diameter += weight * c.diameter;
+    sum.weight += weight * c.weight;
     weights += weight;
 }
 
@@ -129,7 +133,7 @@ Content end_at(ivec2 end, ivec2 away_direction, float step_px, float smooth_px, 
         float relative_distance = float(steps) / reach, falloff = 1.0 - relative_distance * relative_distance;
         add(sum, weights, float(steps) * falloff * falloff * free_share_at(p), content_at(p));
     } while ((steps *= 2) < BEHIND_MOST && float(steps) < reach);
-    return Content(sum.layer / weights, sum.diameter / weights);
+    return Content(sum.layer / weights, sum.diameter / weights, sum.weight / weights);
 }
 
 #ifdef LISTS
@@ -157,6 +161,7 @@ struct Guess {
     float gap_px;    // distance to the nearest visible pixel
     vec4 layer;      // rgb times coverage, a coverage
     float diameter;  // |coc| in pixels
+    float weight;    // that of Content
     float share;     // how far it counts; 1 in the first round
 };
 
@@ -240,7 +245,7 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     float line_share = line_share_of(ends[0], ends[1], reach_px);
     bool is_in_reach = !is_beyond_reach(ends) && (!is_second_round || has_entering(at, ends));
     vec4 cost = mean_cost(at >> 1, is_in_reach && line_share < 1.0);
-    Content sum = Content(vec4(0.0), 0.0);
+    Content sum = Content(vec4(0.0), 0.0, 0.0);
     vec2 entering = vec2(0.0);
     float weights = 0.0, smooth_share = smooth_share_of(ends, cost);
 #ifdef LINES
@@ -260,16 +265,25 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
         if (is_in_reach && ends[k].x > 0) add(sum, weights, ends_weight.weight.x, end_ahead);
         if (is_in_reach && ends[k].y > 0) add(sum, weights, ends_weight.weight.y, end_back);
     } while (is_in_reach && ++k < directions);
-    guess = Guess(nearest_of(ends), vec4(0.0), 0.0, is_second_round ? 0.0 : 1.0);
+    guess = Guess(nearest_of(ends), vec4(0.0), 0.0, 0.0, is_second_round ? 0.0 : 1.0);
     if (weights == 0.0) {    // no pixel of this layer is visible near enough in any direction
         guess.gap_px = 0.0;  // lists are used alone
         return;
     }
-    float cover = sum.layer.a / weights;  // mean coverage; colors and diameters are divided by their coverage
+    float cover = sum.layer.a / weights;  // mean coverage or weight, by which colors and diameters are divided
     float per_cover = 1.0 / max(sum.layer.a, 1e-4 * weights);
     if (is_second_round) guess.share = share_of_entering(entering, MOST_SHOWN * entering.y / weights);
     guess.layer = vec4(undim(sum.layer.rgb * per_cover) * cover, cover);
     guess.diameter = sum.diameter * per_cover;
+    guess.weight = sum.weight / weights;
+}
+
+// The guess, mixed with what the pixel has of its own. In the second round, its own is the first guess: colors are mixed
+// by the share of the second guess, which counts with the weight of all ends.
+vec4 mix_with_guess(vec4 own, Guess guess, float known) {
+    vec4 second = mix(guess.layer, without_weight(own), known) * guess.weight;
+    bool is_weighted = is_second_round && has_weights() && guess.share > 0.0;
+    return is_weighted ? second : mix(guess.layer * guess.weight, own, known);
 }
 
 // Writes a pixel: the guess, mixed with what is known of the pixel itself (own).
@@ -292,10 +306,11 @@ void fill_pixel(ivec2 at, Guess guess) {
     out_of_sight *= smoothstep(IN_FOCUS_TO, 3.0 * IN_FOCUS_TO, state.r);
     known = min(known + listed.r * (1.0 - out_of_sight), 1.0);
 #endif
-    vec4 layer = mix(guess.layer, own, known);
+    vec4 layer = mix_with_guess(own, guess, known);
+    if (has_weights() && layer.a > 0.0) layer *= max(LEAST_WEIGHT / layer.a, 1.0);
     float own_weight = known * own.a, guess_weight = (1.0 - known) * guess.layer.a;
     float diameter = (own_weight * state.r + guess_weight * guess.diameter) / max(own_weight + guess_weight, 1e-6);
-    float content = mix(solidity(guess.layer.a), state.g, known);
+    float content = mix(solidity(without_weight(guess.layer).a), state.g, known);
     if (is_kept) layer.a = hidden_mark(layer.a, 0.0);
     imageStore(layer_img, at, layer);
     imageStore(out_state_img, at, vec4(diameter, content, 0.0, 0.0));

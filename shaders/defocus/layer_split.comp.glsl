@@ -105,8 +105,9 @@ Content far_edge_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
     float both = cover_far * cover_near * (1.0 - taken);
     float share_near = left_cover(far.a, taken) * cover_near, share_far = cover_far * (1.0 - share_near);
     if (is_farthest) {  // all that nearer layers leave of both, once this layer knows the near one
-        share_far = 1.0 - far.a * knowledge(visible_near);
-        share_near = (1.0 - share_far) * (1.0 - taken);
+        share_near = far.a * knowledge(visible_near);
+        share_far = (1.0 - share_near) * weight_left(1.0, taken_of(visible));
+        share_near *= 1.0 - taken;
     }
     float cover = share_near + share_far;
     vec3 color = (share_near * near.rgb + share_far * far.rgb) / max(cover, 1e-6);

@@ -18,7 +18,8 @@ uniform vec2 cut_far_px;   // the cut away from the camera, in the same form
 // transition. First the farther layer includes it, in full from a visibility of KNOWN on; only then does the nearer
 // layer release it, below a membership of COVERS. In the opposite order, or with both at once, the surface would be
 // transparent in between, and dark where a third one hides it. The farthest layer gives it only the weight that the
-// nearer one releases, and is divided by its weights: a blurred rim that both layers show is covered once.
+// nearer one releases, and is divided by its weights: a blurred rim that both layers show is covered once. The guess has
+// the mean weight of its ends.
 #define KNOWN 0.5
 #define COVERS 0.55
 #define END 0.9  // visibility from which a pixel is an end of the guess in full (lib/entering.lib.glsl)
@@ -39,10 +40,12 @@ float knowledge(float visible) { return smoothstep(THIN, KNOWN, visible); }
 // Share of its visibility that a pixel of this membership covers, 0..1.
 float coverage(float member) { return smoothstep(0.0, COVERS, member); }
 
-// A pixel of a layer (rgb times coverage, a coverage) as the guess takes it: the farthest layer covers everything, and
-// its alpha is a weight (layer_split.comp.glsl).
+// True in the farthest layer. It covers everything, and its alpha is a weight (layer_split.comp.glsl).
+bool has_weights() { return cut_far_px.x > MOST_PX; }
+
+// A pixel of a layer (rgb times coverage, a coverage), with the coverage 1 in place of a weight; 0 if the pixel is empty.
 vec4 without_weight(vec4 layer) {
-    return cut_far_px.x < MOST_PX ? layer : vec4(layer.rgb / max(layer.a, 1e-4), 1.0);
+    return has_weights() ? vec4(layer.rgb / max(layer.a, 1e-4), step(1e-4, layer.a)) : layer;
 }
 
 // Share of a pixel with this coc that shows this layer or a farther one.

@@ -10,19 +10,12 @@ from support.plates import Image
 def unrest(frames: Sequence[Image]) -> float:
     """Return the unsteadiness of the worst frame of a slow pull, 1 for a perfectly steady pull.
 
-    `frames` are linear (H, W, 3). The result is the largest of `jumps` over the median one.
+    `frames` are linear (H, W, 3). Each one's display values are compared with the mean of the
+    frames before and after it; the result is the largest mean difference over the median one.
     """
-    differences = jumps(frames)
-    return float(differences.max() / np.median(differences))
-
-
-def jumps(frames: Sequence[Image]) -> Image:
-    """Return how far each frame but the first and last jumps, in display code values up to 255.
-
-    Its display values are compared with the mean of the frames before and after it, times two.
-    """
-    display = 255 * np.array([display_of(frame) for frame in frames])
-    return np.abs(display[2:] - 2 * display[1:-1] + display[:-2]).mean(axis=(1, 2, 3))
+    display = np.array([display_of(frame) for frame in frames])
+    mean_differences = np.abs(display[2:] - 2 * display[1:-1] + display[:-2]).mean(axis=(1, 2, 3))
+    return float(mean_differences.max() / np.median(mean_differences))
 
 
 def display_of(frame: Image) -> Image:

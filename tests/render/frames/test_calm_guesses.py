@@ -9,7 +9,7 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
 from support.plates import FOCUS_M, Image, lens_blurring, plate_of
-from support.unrest import flash, jumps, unrest
+from support.unrest import flash, unrest
 
 HEIGHT, WIDTH, EDGE = 96, 128, 64
 LEAF_M, FLAME_M, WALL_M = 1.0, FOCUS_M, 6.0
@@ -137,8 +137,8 @@ def test_focus_pull_to_wall_behind_post_has_no_jumps(ctx, renderer):
 def test_focus_pull_to_wall_behind_wires_has_no_jumps(ctx, renderer):
     """Pull focus so that the wall passes the far cut: the fill behind the wires changes with it.
 
-    A frame differs from the mean of those beside it by less than 0.075 code values, in the
-    mean of its pixels.
+    Passed in three quarters of that range, the wall made this pull jump by 1.66. With the full
+    weight for its pixels beside the wires and for the guess behind them, the unrest was 3.29.
     """
     rng = np.random.default_rng(5)
     color = np.kron(0.3 + 0.5 * rng.random((24, 32, 3)), np.ones((4, 4, 1)))
@@ -148,5 +148,6 @@ def test_focus_pull_to_wall_behind_wires_has_no_jumps(ctx, renderer):
     depth_m = np.where(is_wire, 3.0, WALL_M)
     renderer.load(plate_of(color.astype(np.float32), depth_m.astype(np.float32)))
     distances_m = 1.0 / np.linspace(1 / 4.5, 1 / 5.9, 30)
-    frames = [render_at_focus(renderer, float(distance_m)) for distance_m in distances_m]
-    assert jumps(frames).max() < 0.15
+    assert (
+        unrest([render_at_focus(renderer, float(distance_m)) for distance_m in distances_m]) < 1.58
+    )
