@@ -1,6 +1,7 @@
 """A Dask cluster on loopback, for tests: a scheduler and workers, each a process of its own."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,7 +14,6 @@ from tempfile import TemporaryDirectory
 
 from heatlens.fronts.commands.main import main
 from support.patience import PATIENCE_S
-from support.slurm import free_ports
 
 QUIET = ("--no-dashboard", "--dashboard-address", "127.0.0.1:0")
 HEATLENS = (sys.executable, "-P", "-m", "heatlens")
@@ -24,8 +24,7 @@ class DaskCluster:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.port = free_ports(1)[0]
-        self.address = f"tcp://127.0.0.1:{self.port}"
+        self.port = 0  # the scheduler chooses one, which no other process can take before
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         # A killed worker cannot remove its temporary files.
         self._temporary = TemporaryDirectory(prefix="dask-", ignore_cleanup_errors=True)
@@ -34,7 +33,18 @@ class DaskCluster:
         words = ("--host", "127.0.0.1", "--port", str(self.port), *QUIET, *more)
         line = [sys.executable, "-m", "distributed.cli.dask_scheduler", *words]
         self._start("scheduler", line)
-        wait_for(lambda: "Scheduler at" in self.said("scheduler"))
+        wait_for(lambda: self._scheduler_port() or self._running["scheduler"].poll() is not None)
+        self.port = self._scheduler_port()
+        assert self.port, self.said("scheduler")
+
+    @property
+    def address(self) -> str:
+        return f"tcp://127.0.0.1:{self.port}"
+
+    def _scheduler_port(self) -> int:
+        """Return the port that the scheduler names in its log; 0 before that."""
+        match = re.search(r"Scheduler at: +tcp://[0-9.]+:(\d+)\n", self.said("scheduler"))
+        return int(match[1]) if match else 0
 
     def work(
         self, name: str = "one", limit: str = "", more: Sequence[str] = (), **environment: str
