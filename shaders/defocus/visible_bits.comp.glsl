@@ -65,8 +65,11 @@ uint visible_bits(uint bits, ivec2 first, ivec2 direction) {
 
 void main() {
     int word = int(gl_GlobalInvocationID.x), k = int(gl_GlobalInvocationID.y);
-    // A software rasterizer divides whole numbers one by one, and floats all at once: exact for up to 2^20 words.
-    int per_line = words_per_line(k, layer_size), line = int((float(word) + 0.5) / float(per_line));
+    // A software rasterizer divides whole numbers one by one, and floats all at once. The quotient of floats may be a line
+    // too large or too small.
+    int per_line = words_per_line(k, layer_size), line = int(float(word) / float(per_line));
+    if (word < line * per_line) --line;
+    if (word >= (line + 1) * per_line) ++line;
     int begin = (word - line * per_line) * 32;
     if (line >= lines_of(k, layer_size)) return;
     uvec2 bits = active_bits(k, line, begin);
