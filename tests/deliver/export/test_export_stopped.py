@@ -108,10 +108,8 @@ def test_two_exports_into_one_folder_both_succeed(long_shot, tmp_path):
     shot_file, whole = long_shot
     words = ("export", shot_file, "-o", tmp_path / "n.####.exr")
     processes = [start_heatlens(*words) for _ in range(2)]
-    assert [process.communicate(timeout=PATIENCE_S)[1].count("\n") for process in processes] == [
-        1,
-        1,
-    ]
+    messages = [process.communicate(timeout=PATIENCE_S)[1] for process in processes]
+    assert [message.count("\n") for message in messages] == [1, 1]
     assert [process.returncode for process in processes] == [0, 0]
     assert files_in(tmp_path) == whole
 

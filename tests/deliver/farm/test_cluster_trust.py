@@ -167,7 +167,7 @@ def test_frames_on_private_worker_disk_are_missing_unless_fetched(
         pytest.skip("this system lets nobody have mounts of his own")
     other_workers.work("away", limit=f'exec unshare -rm sh -c \'{mount}; exec "$@"\' sh "$@"')
     export = other_workers.export("export", shot_file, "-o", out / "n.####.exr")
-    assert export.wait(90) == 2
+    assert export.wait(PATIENCE_S) == 2
     last = other_workers.said("export").splitlines()[-1]
     assert "6 of 6 frames are not in" in last and "--fetch brings" in last
     assert files_in(out) == {} and len(files_in(worker_folder)) == 6

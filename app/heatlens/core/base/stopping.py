@@ -257,10 +257,10 @@ class StopSignals:
 def delay_interrupts() -> Iterator[None]:
     """Handle Ctrl-C after the block instead of inside it.
 
-    moderngl builds programs and contexts in C and calls Python from there. It does not check for a
+    moderngl makes programs and contexts in C and calls Python from there. It does not check for a
     KeyboardInterrupt raised in such a call: the process crashes, or the Ctrl-C is lost. This is for
-    notebooks, programs that import heatlens and systems other than Linux; there, commands handle
-    Ctrl-C in another way (`commands.launch`).
+    notebooks, for programs that import heatlens, and for commands on systems other than Linux. On
+    Linux, commands handle Ctrl-C in another way (`commands.launch`).
     """
     previous_handler = signal.getsignal(signal.SIGINT)
     # Only the main thread handles signals. None means a handler that was not set by Python.

@@ -194,9 +194,9 @@ def _raw(wrapper: Any) -> Any:
 def headless_device() -> GlDevice:
     """Make a device that needs no window. Raises GpuError that says what to install."""
     try:
-        with delay_interrupts():  # its C code drops a KeyboardInterrupt, and makes a context
-            raw = moderngl.create_context(standalone=True, require=430, **_WITHOUT_DISPLAY)
-        return GlDevice(raw)
+        with delay_interrupts():
+            context = moderngl.create_context(standalone=True, require=430, **_WITHOUT_DISPLAY)
+        return GlDevice(context)
     except Exception as error:  # moderngl and glcontext raise bare Exception
         raise GpuError(f"No OpenGL 4.3 ({error}). {_help(str(error))}") from error
 
@@ -211,4 +211,6 @@ def _help(error_text: str) -> str:
 
 def window_device() -> GlDevice:
     """Return the device of the current window."""
-    return GlDevice(moderngl.create_context(require=430))
+    with delay_interrupts():
+        context = moderngl.create_context(require=430)
+    return GlDevice(context)
