@@ -2,7 +2,7 @@
 // soft edges.
 //
 // Inputs
-//   sum_tx          sum over the parts (part_sum.comp.glsl): rgb times the known share, a the known share, which is the
+//   sum_buf         sum over the parts (part_sum.comp.glsl): rgb times the known share, a the known share, which is the
 //                   share of the light for which some view shows a surface
 //   zone_tx         reach^2 - distance^2 in pixels^2 (overlap_zone.comp.glsl), above 0 in a zone, one texel for FAR_BLOCK x
 //                   FAR_BLOCK pixels: r zones of wide surfaces, which are replaced, g zones of thin surfaces, in which
@@ -12,7 +12,7 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform sampler2D sum_tx;
+layout(std430) readonly buffer sum_block { vec4 sum_buf[]; };
 uniform sampler2D zone_tx;
 // Known share from which the views begin to be used, and from which they are used wholly.
 uniform float known_from;
@@ -40,8 +40,9 @@ float zone_at(ivec2 at) {
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(at, imageSize(out_color_img)))) return;
-    vec4 sum = texelFetch(sum_tx, at, 0), color = imageLoad(out_color_img, at);
+    ivec2 size = imageSize(out_color_img);
+    if (any(greaterThanEqual(at, size))) return;
+    vec4 sum = sum_buf[at.y * size.x + at.x], color = imageLoad(out_color_img, at);
     float known = clamp((sum.a - known_from) / (known_to - known_from), 0.0, 1.0), zone_share = zone_at(at) * known;
     vec3 light = max(sum.rgb / max(sum.a, 1e-3), 0.0);
     if (zone_share > 0.0) imageStore(out_color_img, at, vec4(mix(color.rgb, light, zone_share), color.a));

@@ -14,24 +14,30 @@
 //   far_tx     far edge: rgb of the visible surface, which is the farther one, and coverage of the nearer one; near edge:
 //              rgb of the visible surface and its coverage
 //   near_tx    far edge: rgb of the nearer surface and its coc
-// Output
+// Outputs
 //   lib/part_link.lib.glsl   the surfaces, without their links
+//   limit_buf  for each pixel, x the coc that it has in a view that shows nothing there, y the coc from which views leave
+//              surfaces out there
 
-#include "lib/surface_numbers.lib.glsl"  // front_index, mixed_index, Fragment, List, list_at, fragment_of ...
+#include "lib/surface_numbers.lib.glsl"  // front_index, mixed_index, first_coc_at, Fragment, List, list_at, fragment_of ...
+#include "lib/surface_depth.lib.glsl"  // dioptres_of, SAME_SURFACE, COVERING
 #include "lib/part_link.lib.glsl"  // write_surface, hide_surface
 #include "lib/tile_numbers.lib.glsl"  // listed_pixel
 #include "lib/kind.lib.glsl"  // FAR_EDGE, NEAR_EDGE
 
 layout(local_size_x = TILE, local_size_y = TILE) in;
 
+layout(std430) writeonly buffer limit_block { vec2 limit_buf[]; };
 uniform sampler2D color_tx;
 #ifdef ALL_DEPTHS
 uniform sampler2D kind_tx;
 uniform sampler2D far_tx;
 uniform sampler2D near_tx;
+uniform float front_px;  // a surface with a smaller coc is in front of the focus
 #endif
 
 #define BEFORE_ALL 1e30  // dioptres nearer than every surface
+#define ALL_PX 1e30      // larger than every coc
 
 // Writes the surfaces that the pixel itself shows, and returns the coc of the visible one.
 float write_pixel(ivec2 at) {
@@ -50,9 +56,24 @@ float write_pixel(ivec2 at) {
     return visible.coc;
 }
 
+// The coc from which views leave surfaces out at a pixel. If all its known surfaces are in front of the focus, nothing
+// is known of what they hide: what is far behind moves there from pixels beside it, although a nearer surface, which is
+// not known here, would hide it.
+float end_coc_at(ivec2 at) {
+#ifdef ALL_DEPTHS
+    List list = list_at(at);
+    float last_coc = list.first < list.end ? fragment_of(list.end - 1u).coc : texelFetch(coc_tx, at, 0).r;
+    return last_coc < front_px ? front_px : ALL_PX;
+#else
+    return ALL_PX;
+#endif
+}
+
 void main() {
     ivec2 at = listed_pixel();
-    if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
+    ivec2 size = textureSize(coc_tx, 0);
+    if (any(greaterThanEqual(at, size))) return;
+    limit_buf[at.y * size.x + at.x] = vec2(max(first_coc_at(at), 0.0), end_coc_at(at));
     List list = list_at(at);  // near to far
     // Dioptres of the last surface that covers the pixel. If the visible surface is not in the list, it is the pixel itself.
     float cover_dioptres = list.has_front ? BEFORE_ALL : dioptres_of(write_pixel(at));

@@ -6,19 +6,21 @@
 // of them with its bilinear weight. The known share of a pixel is the share that its surfaces cover.
 //
 // Inputs
-//   lib/part_surfaces.lib.glsl   the surfaces of the pixel
+//   coc_tx        r signed coc of the picture, pixels; only its size is used
+//   limit_buf     limits of each pixel (part_surfaces.comp.glsl)
 //   head_buf, lib/part_link.lib.glsl   the lists of the cells between pixels (part_links.comp.glsl), near to far
 //   lib/lens_part.lib.glsl       the part of the lens
 //   lib/tile_numbers.lib.glsl    the tiles in which the view is needed
 // Outputs
 //   lib/view_marks.lib.glsl      the tiles in which the view is blurred
-//   out_view_img   rgb, a 1; all 0 where nothing is known
+//   view_buf      half floats of each pixel, row by row: rgb, a 1; all 0 where nothing is known
 //   out_coc_img    r diameter of the part's disc in pixels: that of the most visible surface, or, where nothing is
 //                  known, of the pixel's own surface
-//   out_front_img        ALL_DEPTHS: rgb times coverage, a coverage of what is in front of the focus
+//   front_buf            ALL_DEPTHS: half floats of what is in front of the focus: rgb times coverage, a coverage
 //   out_front_state_img  ALL_DEPTHS: r diameter of the part's disc there, g coverage
 
-#include "lib/part_surfaces.lib.glsl"  // coc_tx, List, list_at, fragment_of, first_coc_at, SAME_SURFACE ...
+#include "lib/surface_depth.lib.glsl"  // dioptres_of, SAME_SURFACE, COVERING
+#include "lib/halves.lib.glsl"  // halves_of
 #include "lib/lens_part.lib.glsl"  // lens_part_at
 #include "lib/part_link.lib.glsl"  // next_link, link_offset, link_coc, link_light
 #include "lib/tile_numbers.lib.glsl"  // listed_pixel
@@ -26,11 +28,13 @@
 
 layout(local_size_x = TILE, local_size_y = TILE) in;
 
+uniform sampler2D coc_tx;
 layout(std430) readonly buffer head_block { uint head_buf[]; };
-layout(rgba32f) uniform writeonly image2D out_view_img;
+layout(std430) readonly buffer limit_block { vec2 limit_buf[]; };
+layout(std430) writeonly buffer view_block { uvec2 view_buf[]; };
 layout(r32f) uniform writeonly image2D out_coc_img;
 #ifdef ALL_DEPTHS
-layout(rgba32f) uniform writeonly image2D out_front_img;
+layout(std430) writeonly buffer front_block { uvec2 front_buf[]; };
 layout(rg32f) uniform writeonly image2D out_front_state_img;
 uniform float front_px;  // a surface with a smaller coc is in front of the focus
 #endif
@@ -89,16 +93,6 @@ void put_behind(inout View view, vec4 surface, float coc) {
     view.largest_share = max(view.largest_share, cover);
 }
 
-#ifdef ALL_DEPTHS
-// True if all known surfaces of a pixel are in front of the focus: nothing is known of what they hide. What is far
-// behind moves there from pixels beside it, although a nearer surface, which is not known here, would hide it.
-bool is_hole(ivec2 at) {
-    List list = list_at(at);
-    float last_coc = list.first < list.end ? fragment_of(list.end - 1u).coc : texelFetch(coc_tx, at, 0).r;
-    return last_coc < front_px;
-}
-#endif
-
 // True if a surface is drawn into the picture of what is in front of the focus.
 bool is_in_front(float coc) {
 #ifdef ALL_DEPTHS
@@ -120,15 +114,11 @@ void put_on_its_side(inout View view, vec4 surface, float coc) {
     put_behind(view, surface, coc);
 }
 
-// Composites the surfaces of the pixel near to far, until they cover it.
-View composite_surfaces(ivec2 at) {
+// Composites the surfaces of the pixel near to far, until they cover it or reach `end_coc`.
+View composite_surfaces(float end_coc) {
     View view = EMPTY;
     vec4 surface = vec4(0.0);  // the sum of surfaces at about one depth: rgb times share, a share
     float first_coc = 0.0, dioptres = 0.0;  // of the first of these
-    float end_coc = ALL_PX;  // surfaces of this coc or more are left out
-#ifdef ALL_DEPTHS
-    if (is_hole(at)) end_coc = front_px;
-#endif
     // What lies behind a surface that covers the pixel is not seen.
     while (view.light.a < 1.0 && (surface.a < WHOLE || is_in_front(first_coc))) {
         int k = nearest_cell();
@@ -154,18 +144,20 @@ View composite_surfaces(ivec2 at) {
 
 void main() {
     ivec2 at = listed_pixel();
-    if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
-    int cells_across = textureSize(coc_tx, 0).x + 1, cell = at.y * cells_across + at.x;
+    ivec2 size = textureSize(coc_tx, 0);
+    if (any(greaterThanEqual(at, size))) return;
+    int cells_across = size.x + 1, cell = at.y * cells_across + at.x, pixel = cell - at.y;
     for (int k = 0; k < 4; ++k) set_next(k, head_buf[cell + (k >> 1) * cells_across + (k & 1)]);
-    View view = composite_surfaces(at);
+    vec2 limits = limit_buf[pixel];
+    View view = composite_surfaces(limits.y);
     bool is_known = view.light.a > LEAST_KNOWN;
-    imageStore(out_view_img, at, is_known ? vec4(view.light.rgb / view.light.a, 1.0) : vec4(0.0));
-    float part_scale = lens_part_at(at, textureSize(coc_tx, 0)).z;
-    float coc = is_known ? view.coc : max(first_coc_at(at), 0.0);
+    view_buf[pixel] = is_known ? halves_of(vec4(view.light.rgb / view.light.a, 1.0)) : uvec2(0u);
+    float part_scale = lens_part_at(at, size).z;
+    float coc = is_known ? view.coc : limits.x;
     imageStore(out_coc_img, at, vec4(part_scale * abs(coc)));
     if (part_scale * abs(coc) > BLURRED_FROM_PX) set_mark(at / TILE, IS_BLURRED);
 #ifdef ALL_DEPTHS
-    imageStore(out_front_img, at, front.light);
+    front_buf[pixel] = halves_of(front.light);
     if (front.light.a > 0.0) set_mark(at / TILE, HAS_FRONT);
     imageStore(out_front_state_img, at, vec4(part_scale * abs(front.coc), front.light.a, 0.0, 0.0));
 #endif

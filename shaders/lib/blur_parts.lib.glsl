@@ -61,7 +61,7 @@ struct Source {
     vec4 x;
 };
 
-Input input_at(ivec2 at, int part, int pole) { return Input(texelFetch(source_tx, at, 0)); }
+Input input_at(ivec2 at, int part, int pole) { return Input(source_at(at)); }
 
 Source source_of(Input before, Input here, Input after, float b_in, float b_out) {
     return Source(here.x + compact_at(b_in) * (before.x - here.x) + compact_at(b_out) * (after.x - here.x));

@@ -24,6 +24,9 @@
 //   out_poles_img   rows only: the images z_b, stored as described for poles_tx
 //   color_img       columns only: the result y. With is_over it is also read: the blurred picture is composited
 //                   over it.
+// In and out
+//   picture_buf     with PACKED_PICTURE, in place of source_tx, color_tx and color_img: half floats of each pixel, row by
+//                   row. A CPU writes them faster than an image.
 //
 // The functions of this file keep the contract of shaders/README.md.
 
@@ -31,6 +34,7 @@
 #include "lib/number.lib.glsl"  // COMPLEX, Num, Value, ZERO_VALUE, num, mul, inverted, root, value, real_of_product
 #include "lib/line.lib.glsl"  // for the strategy that solves this system
 #include "lib/strips.lib.glsl"  // in_strips
+#include "lib/halves.lib.glsl"  // halves_of, floats_of
 
 uniform sampler2D coc_tx;
 uniform float axis_scale;      // diameter along this axis / that of coc_tx: the aperture's spread and the pixel aspect
@@ -38,9 +42,20 @@ uniform float least_px;        // smallest diameter: pixels with a smaller coc g
 uniform float resampled_px_2;  // squared diameter of the blur that comes from reducing and enlarging a picture
 uniform Num kappa[POLES];  // one for each pole of the kernel
 
+#ifdef PACKED_PICTURE
+layout(std430) buffer picture_block { uvec2 picture_buf[]; };
+
+int index_in_picture(ivec2 at) { return at.y * textureSize(coc_tx, 0).x + at.x; }
+#endif
+
 #ifdef ROWS
 uniform Num mix_weights[POLES * POLES];  // M_ab / m_b
+#ifdef PACKED_PICTURE
+vec4 source_at(ivec2 at) { return floats_of(picture_buf[index_in_picture(at)]); }
+#else
 uniform sampler2D source_tx;
+vec4 source_at(ivec2 at) { return texelFetch(source_tx, at, 0); }
+#endif
 #ifdef HALF_POLES
 layout(rgba32ui) uniform writeonly uimage2DArray out_poles_img;
 #else
@@ -52,8 +67,14 @@ uniform usampler2DArray poles_tx;
 #else
 uniform sampler2DArray poles_tx;
 #endif
-uniform sampler2D color_tx;
 uniform Num sum_weights[POLES];  // m_b
+#ifdef PACKED_PICTURE
+// Writes a pixel of the result. A pixel exactly in focus keeps its value.
+void store_color(ivec2 at, vec4 y, bool is_in_focus) {
+    if (!is_in_focus) picture_buf[index_in_picture(at)] = halves_of(y);
+}
+#else
+uniform sampler2D color_tx;
 layout(rgba32f) uniform image2D color_img;
 uniform bool is_over;  // composite over what color_img contains, instead of replacing it
 #include "lib/over.lib.glsl"  // composite_over
@@ -65,6 +86,7 @@ void store_color(ivec2 at, vec4 y, bool is_in_focus) {
     if (is_over) y = composite_over(y, imageLoad(color_img, at).rgb);
     imageStore(color_img, at, y);
 }
+#endif
 #endif
 
 #ifdef SHAPED
@@ -103,20 +125,6 @@ float diameter_2_at(ivec2 at) {
 #endif
 }
 
-// Half floats halve the memory traffic between rows and columns. Values are rounded here, because drivers
-// differ (Mesa truncates, which darkens), and limited, because an infinity would spread.
-vec4 round_to_half(vec4 v) {
-    v = uintBitsToFloat(floatBitsToUint(v) + 0x1000u & 0xffffe000u);
-    return clamp(v, -65504.0, 65504.0);
-}
-
-uvec2 halves_of(vec4 v) {
-    v = round_to_half(v);
-    return uvec2(packHalf2x16(v.xy), packHalf2x16(v.zw));
-}
-
-vec4 floats_of(uvec2 v) { return vec4(unpackHalf2x16(v.x), unpackHalf2x16(v.y)); }
-
 // Conductance between two pixels in the network of a pole; `d_2` is the smaller squared diameter of the two.
 Num flow(int pole, float d_2) { return kappa[pole] * d_2 - num(compact_at(d_2)); }
 
@@ -139,7 +147,7 @@ struct Input {
     vec4 x;
 };
 
-Input input_at(ivec2 at) { return Input(diameter_2_at(at), texelFetch(source_tx, at, 0)); }
+Input input_at(ivec2 at) { return Input(diameter_2_at(at), source_at(at)); }
 
 struct Source {
     vec4 x;

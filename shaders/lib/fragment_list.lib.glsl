@@ -9,12 +9,12 @@
 #include "lib/fragment.lib.glsl"  // Fragment
 #include "lib/fragment_words.lib.glsl"  // WORDS
 #include "lib/focus_offset.lib.glsl"  // focus_offset_at
+#include "lib/surface_depth.lib.glsl"  // fragment_line
 
 layout(std430) readonly buffer start_block { uint start_buf[]; };
 layout(std430) readonly buffer fragment_block { uint fragment_buf[]; };
 uniform ivec2 lists_origin;   // position of the picture's first pixel among the pixels with lists
 uniform int lists_stride;     // pixels with lists in a row
-uniform vec2 fragment_line;   // x signed coc at infinity, y change of coc per dioptre; pixels
 uniform bool is_open;         // the space behind a list's last fragment is empty: the plate has alpha
 uniform bool is_alpha;        // the picture is the plate's alpha, which is 1 in every fragment
 

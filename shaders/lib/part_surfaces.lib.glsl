@@ -5,16 +5,10 @@
 //   the fragment lists (lib/fragment_list.lib.glsl)
 //   coc_tx     signed coc of the visible surface, pixels
 
-#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, fragment_line, Fragment
+#include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, Fragment
 
 uniform sampler2D coc_tx;
 uniform float least_px;     // coc from which the views show a surface
-
-#define SAME_SURFACE 1.03  // relative distance within which surfaces add up to one
-#define COVERING 0.9          // share of a pixel from which a surface covers it
-
-// Dioptres of a surface with this coc; at least 0.
-float dioptres_of(float coc) { return max((coc - fragment_line.x) / fragment_line.y, 0.0); }
 
 #define LEAST_COVER 0.5    // coverage above which a fragment is the first surface of a pixel
 

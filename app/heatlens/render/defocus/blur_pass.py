@@ -10,7 +10,7 @@ from heatlens.core.model.lens.disc_shape import DiscShape
 from heatlens.render.defocus.kernels import Kernel
 from heatlens.render.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
 from heatlens.render.defocus.tile_mask import TileMask
-from heatlens.render.gpu.resources import Texture, TextureArray
+from heatlens.render.gpu.resources import Buffer, StorageBuffer, Texture, TextureArray
 from heatlens.render.gpu.textures import Storage
 
 PACKED: Storage = "u4"  # eight halves of a pole's image in the four words of a texel
@@ -24,12 +24,30 @@ class Over:
     is_farthest: bool  # the layer replaces what is behind it
 
 
+# An image of four floats is slow to write for a processor: llvmpipe takes 20 ns for a pixel, and
+# 4 ns for the same pixel in a buffer.
+@dataclass(frozen=True)
+class PackedPicture:
+    """RGBA as half floats in two words a pixel, row by row (lib/halves.lib.glsl)."""
+
+    words: Buffer
+    size: tuple[int, int]
+
+    @staticmethod
+    def bytes_for(size: tuple[int, int]) -> int:
+        """Return the bytes of a picture."""
+        return 8 * size[0] * size[1]
+
+
+Picture = Texture | PackedPicture
+
+
 @dataclass(frozen=True)
 class BlurTargets:
-    """The scratch and result textures of the blur, at least of the picture's size."""
+    """The scratch and result pictures of the blur, at least of the picture's size."""
 
     poles: TextureArray  # `pole_layers` of `PACKED`, or of float32
-    out_color: Texture  # RGBA
+    out_color: Picture  # RGBA; a packed picture is blurred in place
     over: Over | None = None  # takes the result instead of `out_color`, which is scratch then
 
 
@@ -48,7 +66,7 @@ class Diffusion:
     corner         width and height of the picture, if it fills only the corner of the textures
     """
 
-    color: Texture
+    color: Picture
     coc: Texture
     kernel: Kernel
     axis_scales: tuple[float, float]
@@ -113,7 +131,7 @@ class BlurPass:
             "lib/blur_system.lib.glsl",
             poles=len(kernel.poles),
             is_complex=kernel.is_complex,
-            defines=_defines(targets.poles.dtype == PACKED, bool(diffusion.shape_uniforms)),
+            defines=_defines(diffusion, targets),
         )
         source = diffusion.color
         for steps_left in reversed(range(kernel.steps)):
@@ -124,9 +142,14 @@ class BlurPass:
             source = targets.out_color
 
 
-def _defines(is_packed: bool, is_shaped: bool) -> tuple[tuple[str, object], ...]:
-    """Return the shader's defines for packed poles, and for discs that are no ellipses."""
-    return (("HALF_POLES", 1),) * is_packed + (("SHAPED", 1),) * is_shaped
+def _defines(diffusion: Diffusion, targets: BlurTargets) -> tuple[tuple[str, object], ...]:
+    """Return the shader's defines for packed poles and pictures, and for discs, not ellipses."""
+    defines = {
+        "HALF_POLES": targets.poles.dtype == PACKED,
+        "PACKED_PICTURE": isinstance(diffusion.color, PackedPicture),
+        "SHAPED": bool(diffusion.shape_uniforms),
+    }
+    return tuple((name, 1) for name, is_defined in defines.items() if is_defined)
 
 
 # Rows mix their solutions to one image for each pole of the columns. Each image is divided by the
@@ -134,7 +157,7 @@ def _defines(is_packed: bool, is_shaped: bool) -> tuple[tuple[str, object], ...]
 # and stays exact, also in half floats. Half floats halve the memory traffic between the two axes.
 # The shader rounds them and packs them in words, since Mesa truncates.
 def _bindings_of_axes(
-    diffusion: Diffusion, source: Texture, targets: BlurTargets
+    diffusion: Diffusion, source: Picture, targets: BlurTargets
 ) -> Iterator[tuple[Axis, Bindings]]:
     """Yield the axis and its shader inputs for the rows of `source`, then for the columns.
 
@@ -150,24 +173,47 @@ def _bindings_of_axes(
         "resampled_px_2": diffusion.resampled_px_2,
         **diffusion.shape_uniforms,
     }
+    coc, buffers = {"coc_tx": diffusion.coc}, _buffers(source)
     yield (
         "rows",
         Bindings(
-            textures={"coc_tx": diffusion.coc, "source_tx": source},
-            images={"out_poles_img": targets.poles},
-            uniforms=uniforms | {"axis_scale": diffusion.axis_scales[0]},
+            coc | _textures(source_tx=source),
+            {"out_poles_img": targets.poles},
+            uniforms | {"axis_scale": diffusion.axis_scales[0]},
+            buffers,
         ),
     )
+    written = targets.out_color if over is None else over.color
     yield (
         "columns",
         Bindings(
-            {"coc_tx": diffusion.coc, "color_tx": diffusion.color, "poles_tx": targets.poles},
-            {"color_img": targets.out_color if over is None else over.color},
-            uniforms
-            | {"axis_scale": diffusion.axis_scales[1], "is_over": over is not None}
-            | {"is_farthest": over is not None and over.is_farthest},
+            {**coc, "poles_tx": targets.poles, **_textures(color_tx=diffusion.color)},
+            _textures(color_img=written),
+            uniforms | {"axis_scale": diffusion.axis_scales[1]} | _over_uniforms(source, over),
+            buffers,
         ),
     )
+
+
+def _textures(**pictures: Picture) -> dict[str, Texture]:
+    """Return those of the pictures that are textures."""
+    return {
+        name: picture
+        for name, picture in pictures.items()
+        if not isinstance(picture, PackedPicture)
+    }
+
+
+def _buffers(picture: Picture) -> dict[str, StorageBuffer]:
+    """Return the buffer of a packed picture, which is read and written."""
+    return {"picture_block": picture.words} if isinstance(picture, PackedPicture) else {}
+
+
+def _over_uniforms(picture: Picture, over: Over | None) -> dict[str, object]:
+    """Return the uniforms that tell what becomes of the result; a packed picture is replaced."""
+    if isinstance(picture, PackedPicture):
+        return {}
+    return {"is_over": over is not None, "is_farthest": over is not None and over.is_farthest}
 
 
 def _to_shader_numbers(kernel: Kernel, values: npt.NDArray[np.complex128]) -> object:

@@ -69,12 +69,17 @@ class ListedFragments:
         return {"start_block": self.packed_lists.starts, "fragment_block": self.packed_lists.words}
 
     @property
+    def depth_uniforms(self) -> dict[str, object]:
+        """The uniform of lib/surface_depth.lib.glsl."""
+        return {"fragment_line": (self.line.at_infinity_px, self.line.per_dioptre_px)}
+
+    @property
     def uniforms(self) -> dict[str, object]:
         """The uniforms that shaders need for the lists."""
         return {
             "lists_origin": self.packed_lists.origin,
             "lists_stride": self.packed_lists.stride or self.packed_lists.size[0],
-            "fragment_line": (self.line.at_infinity_px, self.line.per_dioptre_px),
+            **self.depth_uniforms,
             **self.line.focus_offset_uniforms,
             "is_open": self.is_open,
             "is_alpha": self.is_alpha,

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from heatlens.render.defocus.blur_pass import PackedPicture
 from heatlens.render.defocus.far_guess import WORD_BYTES
 from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.overlap_zones import PartSurfaces
@@ -12,6 +13,8 @@ from heatlens.render.gpu.resources import Buffer, StorageBuffer, Texture
 from heatlens.render.gpu.textures import BufferParts
 
 _LINK_BYTES = 20  # bytes for each surface in lib/part_link.lib.glsl
+_LIMIT_BYTES = 8  # bytes for each pixel in part_surfaces.comp.glsl
+_SUM_BYTES = 16  # bytes for each pixel in part_sum.comp.glsl
 _MARK_BYTES = 8  # bytes for each tile in lib/view_marks.lib.glsl
 
 
@@ -25,7 +28,7 @@ class FrontMemory:
     rows   scratch memory of `CocFillPass`
     """
 
-    view: Texture
+    view: PackedPicture
     state: Texture
     coc: Texture
     rows: tuple[Buffer, Buffer]
@@ -35,7 +38,7 @@ class FrontMemory:
         """Return the memory for a view of the size of the picture."""
         row_bytes = CocFillPass.rows_bytes(size)
         return FrontMemory(
-            view=scratch.texture("front view", size, 4),
+            view=_packed_picture("front view", size, scratch),
             state=scratch.texture("front state", size, 2),
             coc=scratch.texture("front coc", size, 1),
             rows=(
@@ -54,15 +57,17 @@ class ViewMemory:
     front  what is in front of the focus, if the views show that too
     heads  the last surface in the list of each pixel (part_links.comp.glsl)
     links  the surfaces, each with the next one of its list (lib/part_link.lib.glsl)
+    limits  two limits of each pixel (part_surfaces.comp.glsl)
     marks  what part_view.comp.glsl finds in each tile (lib/view_marks.lib.glsl)
     masks  the masks of the tiles in which the view, and what is in front of the focus, is blurred
     segments  the runs of the tiles in these
     """
 
-    view: Texture
+    view: PackedPicture
     coc: Texture
     heads: Buffer
     links: Buffer
+    limits: Buffer
     marks: Buffer
     masks: BufferParts
     segments: BufferParts
@@ -73,10 +78,11 @@ class ViewMemory:
         """Return the memory for a view of the size of the picture."""
         (width, height), name = surfaces.coc.size, surfaces.name
         return ViewMemory(
-            view=scratch.texture(f"{name} view", (width, height), 4),
+            view=_packed_picture(f"{name} view", (width, height), scratch),
             coc=scratch.texture(f"{name} coc", (width, height), 1),
             heads=scratch.buffer(f"{name} heads", WORD_BYTES * (width + 1) * (height + 1)),
             links=scratch.buffer(f"{name} links", _LINK_BYTES * surfaces.surface_count),
+            limits=scratch.buffer(f"{name} limits", _LIMIT_BYTES * width * height),
             marks=scratch.buffer(
                 f"{name} marks", _MARK_BYTES * math.prod(tile_count((width, height)))
             ),
@@ -91,15 +97,24 @@ class ViewMemory:
         return {"head_block": self.heads, "link_block": self.links}
 
     @property
-    def drawn_images(self) -> dict[str, Texture]:
-        """The outputs of part_view.comp.glsl."""
-        images = {"out_view_img": self.view, "out_coc_img": self.coc}
-        if self.front is not None:
-            images |= {"out_front_img": self.front.view, "out_front_state_img": self.front.state}
-        return images
+    def view_buffers(self) -> dict[str, StorageBuffer]:
+        """The pictures that part_view.comp.glsl draws, and part_sum.comp.glsl adds."""
+        front = {} if self.front is None else {"front_block": self.front.view.words}
+        return {"view_block": self.view.words, **front}
 
     @property
-    def summed_textures(self) -> dict[str, Texture]:
-        """The inputs of part_sum.comp.glsl."""
-        front = {} if self.front is None else {"front_tx": self.front.view}
-        return {"view_tx": self.view} | front
+    def drawn_images(self) -> dict[str, Texture]:
+        """The diameters of the discs in these pictures."""
+        front = {} if self.front is None else {"out_front_state_img": self.front.state}
+        return {"out_coc_img": self.coc, **front}
+
+
+def sum_memory(surfaces: PartSurfaces, scratch: Scratch) -> Buffer:
+    """Return the memory for the sum of all views."""
+    width, height = surfaces.coc.size
+    return scratch.buffer(f"{surfaces.name} sum", _SUM_BYTES * width * height)
+
+
+def _packed_picture(name: str, size: tuple[int, int], scratch: Scratch) -> PackedPicture:
+    """Return the memory called `name` for a picture of `size`."""
+    return PackedPicture(scratch.buffer(name, PackedPicture.bytes_for(size)), size)

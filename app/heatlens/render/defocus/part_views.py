@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.model.lens.disc_shape import DiscShape
-from heatlens.render.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
+from heatlens.render.defocus.blur_pass import BlurPass, BlurTargets, Diffusion, PackedPicture
 from heatlens.render.defocus.kernels import Kernel
 from heatlens.render.defocus.layer_cuts import FAR_FROM_PX, Cut, LayerCut
 from heatlens.render.defocus.layer_passes import CocFillPass
 from heatlens.render.defocus.lens_parts import lens_parts
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.overlap_zones import OverlapZone, OverlapZones, PartSurfaces
-from heatlens.render.defocus.part_memory import ViewMemory
+from heatlens.render.defocus.part_memory import ViewMemory, sum_memory
 from heatlens.render.defocus.pixel_list import TileBands
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
@@ -32,7 +32,7 @@ from heatlens.render.gpu.program import (
     groups_for,
     pixel_groups,
 )
-from heatlens.render.gpu.resources import Texture, TextureArray
+from heatlens.render.gpu.resources import Buffer, Texture, TextureArray
 from heatlens.render.gpu.shader_constants import TILE, TILE_GROUP
 
 # The layer in front of the focus, for the fill of its coc, which only asks on which side it is.
@@ -51,12 +51,13 @@ _PROGRAMS = "surfaces", "links", "view", "order", "masks", "sum", "over", "mix"
 class PartViews:
     """The mean view of all parts of the lens.
 
-    total     RGBA: rgb times the known share of the pixel, and that share; the mean of all parts
+    total     RGBA of each pixel, floats: rgb times the known share of the pixel, and that share;
+              the mean of all parts
     zone      where the view is used in place of layers
     is_whole  the view shows all depths, and not only what is behind the focus
     """
 
-    total: Texture
+    total: Buffer
     zone: OverlapZone
     has_all_depths: bool = False
 
@@ -69,7 +70,7 @@ class _PartBlur:
     disc: DiscShape
     poles: TextureArray
 
-    def of(self, view: Texture, coc: Texture) -> tuple[Diffusion, BlurTargets]:
+    def of(self, view: PackedPicture, coc: Texture) -> tuple[Diffusion, BlurTargets]:
         """Return the diffusion of a view in place."""
         diffusion = Diffusion(view, coc, self.kernel, self.disc.half_extents)
         return diffusion, BlurTargets(self.poles, view)
@@ -128,7 +129,7 @@ class PartViewsPass:
         `kernel` is the disc of a part, and `poles` is scratch memory for the blur.
         """
         memory = ViewMemory.of(surfaces, scratch)
-        total = scratch.texture(f"{surfaces.name} sum", surfaces.coc.size, 4)
+        total = sum_memory(surfaces, scratch)
         blurring = _PartBlur(kernel, optics.disc, poles)
         for _ in self._write_surfaces(surfaces, zone, memory):
             yield surfaces.pass_name
@@ -136,6 +137,7 @@ class PartViewsPass:
             yield surfaces.pass_name
         for part in lens_parts(optics.disc, surfaces.coc.size, parts):
             for steps in (
+                self._link_surfaces(surfaces, zone, part, memory),
                 self._draw_view(surfaces, zone, part, memory),
                 self._blur_view(memory, zone, blurring),
                 self._add_view(memory, zone, total, part),
@@ -152,10 +154,36 @@ class PartViewsPass:
         return self._tiles.run(
             self._program("surfaces", surfaces.has_all_depths),
             zone.listed.moved,
-            surfaces.number_uniforms,
-            {**surfaces.lists.buffers, "link_block": memory.links},
+            surfaces.number_uniforms | _front_uniforms(surfaces),
+            {
+                **surfaces.lists.buffers,
+                "link_block": memory.links,
+                "limit_block": memory.limits,
+            },
             textures=surfaces.textures,
         )
+
+    def _link_surfaces(
+        self,
+        surfaces: PartSurfaces,
+        zone: OverlapZone,
+        part: NDArray[np.float64],
+        memory: ViewMemory,
+    ) -> Iterator[None]:
+        """List the surfaces that move to each cell in the view of one part of the lens."""
+        yield from self._tiles.run(
+            self._program("links", surfaces.has_all_depths, len(part)),
+            zone.listed.moved,
+            _part_uniforms(part) | zone.tiles.uniforms | surfaces.number_uniforms,
+            surfaces.lists.buffers | memory.list_buffers | zone.buffers,
+            textures={"coc_tx": surfaces.coc},
+        )
+        # A cell is the square between four neighboring pixels. With those at the border of the
+        # picture there is one more than pixels, across and down.
+        width, height = surfaces.coc.size
+        cells: dict[str, object] = {"cells": (width + 1, height + 1)}
+        order = self._program("order")
+        yield from self._tiles.run(order, zone.listed.cells, cells, memory.list_buffers)
 
     def _draw_view(
         self,
@@ -165,34 +193,16 @@ class PartViewsPass:
         memory: ViewMemory,
     ) -> Iterator[None]:
         """Write the view of one part of the lens, and the diameters of the discs of that part."""
-        uniforms = surfaces.uniforms | _part_uniforms(part)
-        textures = {"coc_tx": surfaces.coc}
-        buffers = surfaces.lists.buffers | memory.list_buffers
         memory.marks.clear()
-        links, view = (
-            self._program(name, surfaces.has_all_depths, len(part)) for name in ("links", "view")
-        )
-        yield from self._tiles.run(
-            links,
-            zone.listed.moved,
-            uniforms | zone.tiles.uniforms | surfaces.number_uniforms,
-            buffers | zone.buffers,
-            textures=textures,
-        )
-        # A cell is the square between four neighboring pixels. With those at the border of the
-        # picture there is one more than pixels, across and down.
-        width, height = surfaces.coc.size
-        cells: dict[str, object] = {"cells": (width + 1, height + 1)}
-        order = self._program("order")
-        yield from self._tiles.run(order, zone.listed.cells, cells, memory.list_buffers)
-        if surfaces.has_all_depths:
-            uniforms |= {"front_px": -FAR_FROM_PX}
-        yield from self._tiles.run(
-            view,
+        uniforms = _part_uniforms(part) | surfaces.lists.depth_uniforms | _front_uniforms(surfaces)
+        return self._tiles.run(
+            self._program("view", surfaces.has_all_depths, len(part)),
             zone.listed.drawn,
             uniforms | {"tiles": zone.tiles.tiles},
-            buffers | {"mark_block": memory.marks},
-            textures=textures,
+            memory.list_buffers
+            | memory.view_buffers
+            | {"mark_block": memory.marks, "limit_block": memory.limits},
+            textures={"coc_tx": surfaces.coc},
             images=memory.drawn_images,
         )
 
@@ -233,7 +243,7 @@ class PartViewsPass:
         self,
         memory: ViewMemory,
         zone: OverlapZone,
-        total: Texture,
+        total: Buffer,
         part: NDArray[np.float64] | None,
     ) -> Iterator[None]:
         """Add the blurred view of a part to the sum; if `part` is None, begin the sum."""
@@ -241,17 +251,18 @@ class PartViewsPass:
         return self._tiles.run(
             self._program("sum", memory.front is not None, len(positions)),
             zone.listed.cells,  # it also empties the lists of the cells between pixels
-            _part_uniforms(positions) | zone.tiles.uniforms | {"is_first": part is None},
-            zone.buffers | {"head_block": memory.heads},
-            textures=memory.summed_textures,
-            images={"sum_img": total},
+            _part_uniforms(positions)
+            | zone.tiles.uniforms
+            | {"is_first": part is None, "picture_size": memory.view.size},
+            zone.buffers | memory.view_buffers | {"head_block": memory.heads, "sum_block": total},
         )
 
     def over(self, field: PartViews, out: Texture) -> None:
         """Write the mean view over its zones of `out`, which holds the layers blurred so far."""
         self._program("over").dispatch(
             pixel_groups(out.size),
-            textures={"sum_tx": field.total, "zone_tx": field.zone.blocks},
+            textures={"zone_tx": field.zone.blocks},
+            buffers={"sum_block": field.total},
             images={"out_color_img": out},
             uniforms=_WHOLLY_KNOWN if field.has_all_depths else _PARTLY_KNOWN,
         )
@@ -267,6 +278,11 @@ class PartViewsPass:
             images={"out_color_img": out},
             uniforms={"growth": field.zone.growth},
         )
+
+
+def _front_uniforms(surfaces: PartSurfaces) -> dict[str, object]:
+    """Return the uniform that tells what is in front of the focus, if the views show that."""
+    return {"front_px": -FAR_FROM_PX} if surfaces.has_all_depths else {}
 
 
 def _part_uniforms(part: NDArray[np.float64]) -> dict[str, object]:

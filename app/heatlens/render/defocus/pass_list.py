@@ -53,6 +53,7 @@ _STEADINESS = LineSystem("lib/steadiness_system.lib.glsl")
 _LARGE = combine_variants(SHAPES, without_and_with("LARGE"))
 _WHOLE_PARTS: Variants = ({"ALL_DEPTHS": 1}, {"ALL_DEPTHS": 1, "PART_VARIES": 1})
 _BLUR = "lib/blur_system.lib.glsl"
+_PACKED = ("HALF_POLES", 1), ("PACKED_PICTURE", 1)
 
 
 def _comp(*names: str, variants: Variants = PLAIN) -> dict[str, Variants]:
@@ -153,7 +154,8 @@ PASSES: tuple[Pass, ...] = (
         | _own_memory("far seen")
         | _own_memory("far marks", "far masks", "far runs")
         | _own_memory("guess starts", "guess words", "guess levels")
-        | {"far view": "layer", "far coc": "layer coc", "far poles": "poles"},
+        | _own_memory("far view", "far limits")
+        | {"far coc": "layer coc", "far poles": "poles"},
     ),
     Pass(
         "tiles",
@@ -209,6 +211,7 @@ PASSES: tuple[Pass, ...] = (
                 for poles in (1, 2, 3, 4, 5)
             ),
             LineSystem(_BLUR, 4, is_complex=True, defines=(("HALF_POLES", 1), ("SHAPED", 1))),
+            *(LineSystem(_BLUR, poles, poles > 1, _PACKED) for poles in (1, 2)),
         ),
     ),
     Pass(
@@ -227,8 +230,8 @@ PASSES: tuple[Pass, ...] = (
         _own_memory("whole sum"),
         private_memory=_own_memory("front view", "front coc")
         | {f"whole {name}": f"far {name}" for name in ("heads", "links", "marks", "masks", "runs")}
-        | {"whole view": "layer", "whole coc": "layer coc"}
-        | {"whole poles": "poles", "front state": "layer state"}
+        | {f"whole {name}": f"far {name}" for name in ("view", "limits")}
+        | {"whole coc": "layer coc", "whole poles": "poles", "front state": "layer state"}
         | {"front fill diameters": "pixel list", "front fill weights": "hidden blocks"},
     ),
     Pass(

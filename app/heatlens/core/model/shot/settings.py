@@ -87,7 +87,7 @@ LAYERS_MAX = 7
 VIEWS_MAX = 65536
 PARTS = (1, 7, 19, 37)  # rings around a middle
 # Counts the changes of the blur that changed pictures; an export renders frames of others anew.
-BLUR_EDITION = 17
+BLUR_EDITION = 18
 PROXY_MIN = 1 / 16
 _ONLY_DIFFUSION = {
     "asked_by": lambda method: method is Method.DIFFUSION,
