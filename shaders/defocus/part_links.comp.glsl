@@ -5,7 +5,8 @@
 //   lib/surface_numbers.lib.glsl   the numbers of the surfaces of each pixel
 //   lib/part_link.lib.glsl       the surfaces (part_surfaces.comp.glsl)
 //   lib/lens_part.lib.glsl       the part of the lens
-//   lib/tile_mask.lib.glsl       the tiles in which the lists are read
+//   read_buf      for each tile of TILE x TILE cells, row by row, a bit for each tile of pixels that reads its lists: 1
+//                 the tile at the same place, 2 the one before it in x, 4 in y, 8 in both
 //   lib/tile_numbers.lib.glsl    the tiles whose surfaces may move there
 // Outputs
 //   head_buf  for each cell the first surface of its list, plus 1; 0 for an empty list. A cell is the square between
@@ -16,21 +17,24 @@
 #include "lib/surface_numbers.lib.glsl"  // front_index, mixed_index, List, list_at, least_px
 #include "lib/lens_part.lib.glsl"  // lens_part_at
 #include "lib/part_link.lib.glsl"  // link_coc, write_link
-#include "lib/tile_mask.lib.glsl"  // is_active
 #include "lib/tile_numbers.lib.glsl"  // listed_pixel
 
 layout(local_size_x = TILE, local_size_y = TILE) in;
 
 layout(std430) buffer head_block { uint head_buf[]; };
+layout(std430) readonly buffer read_block { uint read_buf[]; };
+uniform int reads_across;  // tiles of cells in a row
 
 // Coc in pixels up to which a surface does not move, and from which it moves wholly.
 #define STILL_PX 0.75
 #define MOVED_PX 2.25
 
-// True if one of the four pixels around a cell is in an active tile.
+// True if one of the four pixels around a cell is in a tile that reads lists. The cells of the first row and column of a
+// tile also touch pixels of the tiles before it.
 bool is_read(ivec2 cell) {
-    ivec2 last = textureSize(coc_tx, 0) - 1, low = max(cell - 1, ivec2(0)), high = min(cell, last);
-    return is_active(low) || is_active(high) || is_active(ivec2(low.x, high.y)) || is_active(ivec2(high.x, low.y));
+    bvec2 touches = equal(cell % TILE, ivec2(0));
+    uint readers = 1u | (touches.x ? 2u : 0u) | (touches.y ? 4u : 0u) | (all(touches) ? 8u : 0u);
+    return (read_buf[cell.y / TILE * reads_across + cell.x / TILE] & readers) != 0u;
 }
 
 // The coc by which a surface moves. With ALL_DEPTHS, what is in focus keeps its place, so that it stays as sharp as its pixels.

@@ -174,8 +174,10 @@ class PartViewsPass:
         yield from self._tiles.run(
             self._program("links", surfaces.has_all_depths, len(part)),
             zone.listed.moved,
-            _part_uniforms(part) | zone.tiles.uniforms | surfaces.number_uniforms,
-            surfaces.lists.buffers | memory.list_buffers | zone.buffers,
+            _part_uniforms(part)
+            | surfaces.number_uniforms
+            | {"reads_across": zone.listed.reads_across},
+            surfaces.lists.buffers | memory.list_buffers | {"read_block": zone.listed.reads},
             textures={"coc_tx": surfaces.coc},
         )
         # A cell is the square between four neighboring pixels. With those at the border of the

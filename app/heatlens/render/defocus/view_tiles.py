@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from heatlens.render.defocus.pixel_list import TileNumbers
 from heatlens.render.defocus.scratch import Scratch
+from heatlens.render.gpu.resources import StorageBuffer
 from heatlens.render.gpu.shader_constants import FAR_BLOCK, TILE
 
 
@@ -18,11 +19,15 @@ class ViewTiles:
     drawn   those in which the view is needed
     moved   those whose surfaces may move there
     cells   those of the cells around the pixels of the view (part_links.comp.glsl)
+    reads   for each tile of cells, bits for the tiles of pixels that read it (part_links.comp.glsl)
+    reads_across  how many tiles of cells are in a row
     """
 
     drawn: TileNumbers
     moved: TileNumbers
     cells: TileNumbers
+    reads: StorageBuffer
+    reads_across: int
 
 
 def list_tiles(
@@ -32,17 +37,26 @@ def list_tiles(
 
     Pixels have cells at their right and below them too, so that there is a tile more.
     """
-    moved, cells = needed, np.pad(needed, ((0, 1), (0, 1)))
+    moved, reads = needed, _reads_of(needed)
     margin = math.ceil((moved_px + 1) / TILE)  # a surface counts in the pixels around its position
     for axis in (0, 1):
         moved = np.moveaxis(_near_along(np.moveaxis(moved, axis, 0), margin, 1), 0, axis)
-        cells = cells | np.roll(cells, 1, axis)
-    marked = needed, moved, cells
-    memory = scratch.parts(f"{name} tile lists", len(marked), 4 * cells.size)
+    marked = needed, moved, reads > 0
+    memory = scratch.parts(f"{name} tile lists", len(marked) + 1, 4 * reads.size)
     numbers = [columns + (rows << 16) for rows, columns in map(np.nonzero, marked)]
-    lists = [array.astype(np.uint32).tobytes() for array in numbers]
+    lists = [array.astype(np.uint32).tobytes() for array in (*numbers, reads)]
     memory.whole.write(b"".join(words.ljust(memory.part_bytes, b"\0") for words in lists))
-    return ViewTiles(*(TileNumbers(memory[n], len(array)) for n, array in enumerate(numbers)))
+    drawn, moved_there, cells = (
+        TileNumbers(memory[n], len(array)) for n, array in enumerate(numbers)
+    )
+    return ViewTiles(drawn, moved_there, cells, memory[len(marked)], reads.shape[1])
+
+
+def _reads_of(needed: NDArray[np.bool_]) -> NDArray[np.uint32]:
+    """Return for each tile of cells (rows, columns) the bits of part_links.comp.glsl."""
+    bits = np.pad(needed, 1).astype(np.uint32)
+    before = bits[1:, :-1] << 1 | bits[:-1, 1:] << 2 | bits[:-1, :-1] << 3
+    return np.asarray(bits[1:, 1:] | before, np.uint32)
 
 
 def tiles_near(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]:
