@@ -24,6 +24,7 @@
 #include "lib/two_lists.lib.glsl"  // FOR_EACH_IN_FIRST, pixel_of_word, PIXELS_PER_GROUP
 #include "lib/pixel_list.lib.glsl"  // list_append
 #include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, color_at, kind_at, unmix_share, ends_beside, FAR_EDGE ...
+#include "lib/outline.lib.glsl"  // outline_share
 #ifdef LISTS
 #include "lib/known_behind.lib.glsl"  // hidden_surface
 #endif
@@ -162,15 +163,6 @@ vec4 near_side(ivec2 at, float coc) {
     return sum / weights;
 }
 
-// Expected coverage of a far edge pixel from depth alone: half the share of nearer neighbors under a box filter. Beside
-// a straight edge this is 1/8, which is the mean true coverage there.
-float outline_coverage(ivec2 at, float coc) {
-    float nearer = 0.0;
-    for (int k = 0; k < 9; ++k)
-        if (is_in_front(coc_at(neighbor(at, k)), coc)) nearer += 0.5 * OUTLINE_WEIGHT[k];
-    return nearer;
-}
-
 // Splits a listed far edge pixel into its two surfaces.
 void split_far(uint word) {
     ivec2 at = pixel_of_word(word);
@@ -189,7 +181,7 @@ void split_far(uint word) {
         float taken = dot(mixed - other, step_to) / max(dot(step_to, step_to), 1e-6);
         far = mix(x, expand_light(other), smoothstep(TAKEN_FROM, TAKEN_FULL, taken));
     }
-    float coverage = coverage_of(x, near.rgb, far, unmixed.variance, outline_coverage(at, coc));
+    float coverage = coverage_of(x, near.rgb, far, unmixed.variance, 1.0 - outline_share(at, coc, true));
     coverage = clamp(coverage, 0.0, MOST_COVERAGE);
     // The residual of the mix is detail of the far side, weighted by how much of it is visible. A pixel in a narrow gap may
     // show little else than the near side.

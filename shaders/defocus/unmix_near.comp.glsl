@@ -17,7 +17,8 @@
 //                 near edge, after: rgb 0, a coc of the surface that shines through
 
 #include "lib/two_lists.lib.glsl"  // FOR_EACH_IN_SECOND, pixel_of_word, PIXELS_PER_GROUP
-#include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, SPLIT_FROM_PX, color_at, kind_at, own_outline, unmix_share ...
+#include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, SPLIT_FROM_PX, color_at, kind_at, unmix_share ...
+#include "lib/outline.lib.glsl"  // outline_share
 #ifdef LISTS
 #include "lib/known_behind.lib.glsl"  // find_behind, Fragment
 #endif
@@ -73,7 +74,7 @@ void split_near(uint word) {
         variance = 0.0;
     }
 #endif
-    float coverage = coverage_of(x, near, far.rgb, variance, own_outline(at, coc));
+    float coverage = coverage_of(x, near, far.rgb, variance, outline_share(at, coc, false));
     float least = mix(LEAST_COVERAGE, LEAST_THIN_COVERAGE, unmixed.a - OWN_FOUND);
     coverage = clamp(coverage, least, 1.0);
     // In focus the pixel keeps its mixed color, and covers in full.

@@ -17,7 +17,8 @@
 
 #include "lib/two_lists.lib.glsl"  // FOR_EACH_IN_SECOND, pixel_of_word, PIXELS_PER_GROUP
 #include "lib/pixel_list.lib.glsl"  // list_append
-#include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, SPLIT_FROM_PX, color_at, unmix_near, own_outline ...
+#include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, SPLIT_FROM_PX, color_at, unmix_near ...
+#include "lib/outline.lib.glsl"  // outline_share
 #ifdef LISTS
 #include "lib/known_behind.lib.glsl"  // find_behind, Fragment
 #include "lib/tone.lib.glsl"  // mean_of
@@ -46,7 +47,7 @@ vec3 darkest_around(ivec2 at, float coc) {
 // light is not known, else OWN_FOUND, plus up to 1 where hair is in front of something much brighter. Hair may cover less
 // of the pixel than its outline tells, and the rest of the light would remain in its color.
 float unmix_known_behind(ivec2 at, out vec3 color) {
-    float coc = coc_at(at), coverage = own_outline(at, coc);
+    float coc = coc_at(at), coverage = outline_share(at, coc, false);
     Fragment behind;
     bool is_known = find_behind(at, coc, behind);
     color = max((color_at(at) - (1.0 - coverage) * behind.color) / coverage, 0.0);

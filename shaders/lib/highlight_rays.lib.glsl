@@ -28,7 +28,7 @@ uniform sampler2D ranges_tx;
 uniform float nearest_px;  // least signed coc in the picture
 
 // A ray is tested in at most STEPS steps, of at least STEP_PX pixels each.
-#define STEPS 16
+#define STEPS 32
 #define STEP_PX 0.5
 // A highlight is tested by a ray for each square of PX_A_RAY that the nearest surface moves by, and by RAYS_MOST at most.
 // In a disc of few pixels, where all points of the lens reach each pixel, fewer are enough.
@@ -115,11 +115,33 @@ vec4 hits_around(Ray ray, vec2 at, float met) {
 }
 
 #ifdef LISTS
-// Returns the shares of the four surrounding pixels that listed surfaces with a coc from `low` to `high` cover; 0
-// without a search if `is_needed` is false. If `includes_visible`, the visible surface counts too: it covers a pixel
-// whose list does not begin with it.
-vec4 covers_around(vec2 at, float low, float high, bool includes_visible, bool is_needed) {
-    ivec2 first = ivec2(floor(at - 0.5)), last = textureSize(coc_tx, 0) - 1;
+// True for those of the four surrounding pixels that show something nearer than a surface at the coc `met`.
+bvec4 show_nearer(Ray ray, vec2 at, float met) { return lessThan(cocs_around(at), vec4(met - same_px(ray, met))); }
+
+// True if only lists tell the shares that a surface at the coc `met` covers of the four surrounding pixels.
+bool is_told_by_lists(Ray ray, vec2 at, float met) {
+    return any(equal(kinds_around(at), vec4(LISTED))) || any(show_nearer(ray, at, met));
+}
+
+// A surface that a ray meets.
+struct Met {
+    vec2 at;         // where the ray crosses its depth
+    float coc;
+    bool is_listed;  // it was found in a list; else it is visible
+};
+
+// The range of the coc of fragments in a list that hide the highlight together with a surface: those of that surface, and
+// all nearer ones if the list has what is visible.
+vec2 hiding_range(Ray ray, Met met, List list) {
+    if (list.has_front && !met.is_listed) return vec2(-1e30, ray.start);
+    return met.coc + same_px(ray, met.coc) * vec2(-1.0, 1.0);
+}
+
+// Returns the shares of the four surrounding pixels that a surface covers; 0 without a search if `is_needed` is false.
+// Lists tell it where they have what is visible, and where something nearer is: does the surface go on behind that?
+vec4 covers_around(Ray ray, Met met, bool is_needed) {
+    ivec2 first = ivec2(floor(met.at - 0.5)), last = textureSize(coc_tx, 0) - 1;
+    vec4 seen = hits_around(ray, met.at, met.coc), nearer = vec4(show_nearer(ray, met.at, met.coc));
     vec4 uncovered = vec4(1.0);  // of each of the four pixels
     int pixel = 0;  // in the order of textureGather
     uint passed = 0u;  // fragments of this pixel already looked at; one flat loop goes over all pixels and fragments
@@ -127,10 +149,13 @@ vec4 covers_around(vec2 at, float low, float high, bool includes_visible, bool i
         List list = list_at(clamp(first + ivec2(pixel == 1 || pixel == 2, pixel < 2), ivec2(0), last));
         uint i = list.first + passed++;
         Fragment fragment = fragment_of(min(i, max(list.end, 1u) - 1u));
-        bool is_listed_pixel = list.has_front || !includes_visible;
-        bool is_reached = is_listed_pixel && i < list.end && fragment.coc <= high;
-        float covered = is_reached && fragment.coc >= low ? fragment.cover : is_listed_pixel ? 0.0 : 1.0;
-        uncovered *= 1.0 - covered * vec4(equal(ivec4(0, 1, 2, 3), ivec4(pixel)));
+        vec4 is_pixel = vec4(equal(ivec4(0, 1, 2, 3), ivec4(pixel)));
+        bool is_told = list.has_front || (dot(nearer, is_pixel) > 0.0 && list.first < list.end);
+        vec2 range = hiding_range(ray, met, list);
+        bool is_reached = is_told && i < list.end && fragment.coc <= range.y;
+        float covered = is_reached && fragment.coc >= range.x ? fragment.cover : is_told ? 0.0 : 1.0;
+        float share = is_told && (met.is_listed || !list.has_front) ? 1.0 : dot(seen, is_pixel);
+        uncovered *= 1.0 - covered * share * is_pixel;
         if (!is_reached || i + 1u == list.end) {
             ++pixel;
             passed = 0u;
@@ -140,7 +165,8 @@ vec4 covers_around(vec2 at, float low, float high, bool includes_visible, bool i
 }
 
 // Share of the highlight that is hidden by visible surfaces (`hidden`), at the steps `listed_steps` (bits) by listed
-// surfaces, which may be behind a nearer visible one, or at the steps `mixed_steps` by pixels that show several surfaces.
+// surfaces, which may be behind a nearer visible one, or at the steps `mixed_steps` by pixels that show several surfaces
+// or one of which is nearer than what the ray meets.
 // What is wholly hidden already needs no search, which is the largest part of a ray's time.
 float hidden_by_lists(Ray ray, uint listed_steps, uint mixed_steps, float hidden) {
     uint passed = 0u;  // fragments of this step already looked at; one flat loop goes over all steps and fragments
@@ -152,12 +178,10 @@ float hidden_by_lists(Ray ray, uint listed_steps, uint mixed_steps, float hidden
         float coc = fragment_of(min(i, max(list.end, 1u) - 1u)).coc;
         bool is_reached = is_listed && i < list.end && coc < ray.start && coc <= level + ray.step_px;
         bool is_needed = is_listed ? is_reached && coc >= level - ray.step_px : mixed_steps != 0u;
-        float met = is_listed ? coc : coc_around(crossing(ray, level), level), same = same_px(ray, met);
-        vec2 at = crossing(ray, met);
-        float low = is_listed ? met - same : -1e30, high = is_listed ? met + same : ray.start;
-        vec4 covers = covers_around(at, low, high, !is_listed, is_needed);
-        vec4 hits = is_listed ? vec4(1.0) : hits_around(ray, at, met);
-        if (is_needed) hidden = max(hidden, dot(hits * covers, weights_around(at)));
+        float crossed = is_listed ? coc : coc_around(crossing(ray, level), level);
+        Met met = Met(crossing(ray, crossed), crossed, is_listed);
+        vec4 covers = covers_around(ray, met, is_needed);
+        if (is_needed) hidden = max(hidden, dot(covers, weights_around(met.at)));
         if (!is_reached || i + 1u == list.end) {
             if (is_listed) listed_steps &= listed_steps - 1u;
             else mixed_steps &= mixed_steps - 1u;
@@ -178,7 +202,7 @@ float hidden_share(vec2 at, vec2 center, float coc, float may_meet_px) {
     int steps = clamp(int(ceil(length(per_px) * (start - nearest_px) / STEP_PX)), 1, STEPS);
     Ray ray = Ray(center, per_px, coc, start, (start - nearest_px) / float(steps));
     float hidden = 0.0;
-    // Bit k is set if step k may meet a visible surface or listed ones, or meets a pixel with several surfaces.
+    // Bit k is set if step k may meet a visible surface or listed ones, or meets pixels of which only lists tell enough.
     uint visible_steps = 0u, listed_steps = 0u, mixed_steps = 0u;
     bool is_inside = ray.step_px > 0.0;
     int k = 0;
@@ -203,7 +227,7 @@ float hidden_share(vec2 at, vec2 center, float coc, float may_meet_px) {
         uint step_bit = visible_steps & (~visible_steps + 1u);  // the lowest bit; 0 in the one round without any
         bool is_met = step_bit != 0u && met < start && abs(met - level) <= ray.step_px;
 #ifdef LISTS
-        if (is_met && any(equal(kinds_around(crossed), vec4(LISTED)))) {
+        if (is_met && is_told_by_lists(ray, crossed, met)) {
             mixed_steps |= step_bit;
             hit = 0.0;
         }

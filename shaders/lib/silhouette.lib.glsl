@@ -20,10 +20,6 @@ void set_center(ivec2 at) { infinity_px = at_infinity_px + focus_offset_at(at); 
 #define PRIOR_WEIGHT 0.01  // color contrast^2 below which the coverage is mainly the prior, which is that of the depths
 #define PRIOR_GAIN 32.0    // added to it, times the variance of the far colors: if they vary, the far color is a guess
 
-// Weights of 3 x 3 depth samples for the coverage under a box filter; they sum to 1.
-const float OUTLINE_WEIGHT[9] =
-    float[](0.0625, 0.125, 0.0625, 0.125, 0.25, 0.125, 0.0625, 0.125, 0.0625);
-
 // The pixel of the picture that is nearest to a position.
 ivec2 inside(ivec2 at) { return clamp(at, ivec2(0), textureSize(coc_tx, 0) - 1); }
 ivec2 neighbor(ivec2 at, int k) { return inside(at + ivec2(k % 3, k / 3) - 1); }  // k 0..8

@@ -10,7 +10,7 @@
 //   color_tx    rgb of the picture
 //   kind_tx     r kind: UNMIXED, FAR_EDGE, NEAR_EDGE or LISTED
 
-#include "lib/silhouette.lib.glsl"  // neighbor, coc_at, is_in_front, is_same_surface, OUTLINE_WEIGHT, UNMIXED ...
+#include "lib/silhouette.lib.glsl"  // neighbor, coc_at, is_in_front, is_same_surface, UNMIXED ...
 
 #define HALF_MAX 65504.0  // colors of surfaces are stored in half floats
 #define OWN_FOUND 2.0     // alpha of a near edge pixel whose own color was found; unmix_near.comp.glsl
@@ -43,15 +43,6 @@ bool unmix_near(ivec2 at, out vec3 color) {
     }
     color = sum.rgb / max(sum.a, 1.0);
     return sum.a > 0.0;
-}
-
-// Share of a near edge pixel that its own surface covers, by a box filter over the depths of 3 x 3 pixels; at least
-// a half.
-float own_outline(ivec2 at, float coc) {
-    float farther = 0.0;
-    for (int k = 0; k < 9; ++k)
-        if (is_in_front(coc, coc_at(neighbor(at, k)))) farther += 0.5 * OUTLINE_WEIGHT[k];
-    return 1.0 - farther;
 }
 
 // Weight of the unmixed color of a near surface with this coc, 0..1.

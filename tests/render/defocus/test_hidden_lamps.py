@@ -142,20 +142,49 @@ def test_lamp_before_bright_window_has_no_dark_ring(renderer: FrameRenderer) -> 
     assert rendered(renderer, plate_of(color, depth_m)).min() > 0.98 * 3.0
 
 
+CLOSE_BLUR_PX, CLOSE_X, CLOSE_Y, CLOSE_SLOPE = 75.0, 64.3, 48.2, 0.12
+COLUMNS = np.arange(40, 89)
+
+
+def card_and_lamp(grey: float) -> list[Surface]:
+    """Return a lamp, its wall and a card whose edge the disc of the lamp magnifies by 5."""
+    edge = CLOSE_Y + 3.0 + CLOSE_SLOPE * (X - CLOSE_X) < Y
+    return [
+        Surface(64.0, edge, grey, CLOSE_BLUR_PX),
+        Surface(80.0, disc_at(CLOSE_X, CLOSE_Y, 1.5), 4e4, CLOSE_BLUR_PX),
+        Surface(80.0, EVERYWHERE, DARK, CLOSE_BLUR_PX),
+    ]
+
+
+def strays_px(picture: Image) -> Image:
+    """Return for each of COLUMNS how far the disc ends from where rays to the lamp's middle do."""
+    first_row = 48
+    below = picture[first_row:, COLUMNS]
+    ends_at = first_row + (below / np.median(below[0])).sum(0)
+    return np.abs(ends_at - (CLOSE_Y + 5.0 * 3.0 + CLOSE_SLOPE * (COLUMNS + 0.5 - CLOSE_X)))
+
+
+@pytest.mark.parametrize(("grey", "most_px"), [(0.3, 0.75), (DARK, 1.0)])
 @pytest.mark.parametrize("is_known", [False, True])
 def test_card_close_before_lamp_cuts_its_disc_straight(
-    renderer: FrameRenderer, is_known: bool
+    renderer: FrameRenderer, is_known: bool, grey: float, most_px: float
 ) -> None:
     """The disc shows the pixels of the card's edge five times as large: no stairs, no dashes.
 
-    Oracle: the disc ends at the line where rays to the middle of the lamp pass the edge.
+    A card as DARK as the wall has no mixed pixels: only its depths tell where its edge is (2.4 px
+    where each pixel's coverage came from its 3 x 3 depths).
     """
-    blur_px, x, y, slope = 75.0, 64.3, 48.2, 0.12
-    card = Surface(64.0, y + 3.0 + slope * (X - x) < Y, 0.3, blur_px)
-    lamp = Surface(80.0, disc_at(x, y, 1.5), 4e4, blur_px)
-    surfaces = [card, lamp, Surface(80.0, EVERYWHERE, DARK, blur_px)]
+    surfaces = card_and_lamp(grey)
     plate = known_plate(surfaces) if is_known else plates_of(surfaces)[0]
-    first_row, columns = 48, np.arange(40, 89)
-    below = rendered(renderer, plate, blur_px)[first_row:, columns]
-    ends_at = first_row + (below / np.median(below[0])).sum(0)
-    assert np.abs(ends_at - (y + 5.0 * 3.0 + slope * (columns + 0.5 - x))).max() < 0.75
+    assert strays_px(rendered(renderer, plate, CLOSE_BLUR_PX)).max() < most_px
+
+
+def test_cut_goes_on_straight_behind_something_in_focus(renderer: FrameRenderer) -> None:
+    """Where a post hides the edge of the card, the list says how the edge goes on behind it.
+
+    Taken to be as wide as the post there, the card cut 4.6 px off the disc.
+    """
+    post = Surface(0.0, (np.abs(X - CLOSE_X) < 2.0) & (CLOSE_Y < Y), DARK, CLOSE_BLUR_PX)
+    plate = known_plate([post, *card_and_lamp(DARK)])
+    strays = strays_px(rendered(renderer, plate, CLOSE_BLUR_PX))
+    assert strays[np.abs(COLUMNS - CLOSE_X) > 4.0].max() < 2.0
