@@ -4,9 +4,8 @@
 // Inputs (those from highlight_draw.vert.glsl are declared below)
 //   pixel list        the hidden share of the highlight at the nodes of its disc (highlight_shadow.comp.glsl)
 //   with LARGE: those of lib/highlight_rays.lib.glsl
-//   kind_tx           r kind (lib/kind.lib.glsl)
-//   far_tx, near_tx   surfaces of edge pixels (unmix_far.comp.glsl): of far_tx a coverage of the near surface, of
-//                     near_tx a its coc
+//   edges_tx          r the words of edge pixels (lib/edge_word.lib.glsl)
+//   near_tx           a coc of the near surface of edge pixels (unmix_far.comp.glsl)
 //   cutout_tx, cutout_coc_tx   a share of the pixel and r coc of the cutout, if has_cutout (cutout_over.comp.glsl)
 //   with LISTS: fragment lists (lib/fragment_list.lib.glsl)
 // Output
@@ -17,17 +16,16 @@
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, Fragment
 #endif
+#include "lib/edge_word.lib.glsl"  // is_far_edge, edge_cover
 #include "lib/highlights.lib.glsl"  // MARGIN_PX, SHARP_PX, BLURRED_PX
-#include "lib/kind.lib.glsl"  // FAR_EDGE
 #include "lib/pixel_cover.lib.glsl"  // pixel_coverage
 #include "lib/highlight_nodes.lib.glsl"  // coc_of, share_between_nodes
 #ifdef LARGE
-#include "lib/highlight_rays.lib.glsl"  // mean_hidden_share, kind_tx, far_tx, near_tx
+#include "lib/highlight_rays.lib.glsl"  // mean_hidden_share, edges_tx
 #else
-uniform sampler2D kind_tx;
-uniform sampler2D far_tx;
-uniform sampler2D near_tx;
+uniform sampler2D edges_tx;
 #endif
+uniform sampler2D near_tx;
 
 flat in vec4 disc;  // center x, y in pixels; signed coc; half the width of the rim's ramp
 flat in vec4 light;  // rgb of a pixel wholly inside; a least signed coc that a ray may meet
@@ -53,17 +51,16 @@ float visible_share_at(ivec2 at, float coc) {
     }
     if (list.has_front) return uncovered;
 #endif
-    float kind = texelFetch(kind_tx, at, 0).r;
-    vec4 far = texelFetch(far_tx, at, 0);
+    uint word = floatBitsToUint(texelFetch(edges_tx, at, 0).r);
     float near_coc = texelFetch(near_tx, at, 0).a;
-    if (kind != FAR_EDGE || near_coc > coc - MARGIN_PX) return 1.0;
-    return mix(1.0 - far.a, 1.0, smoothstep(SHARP_PX, BLURRED_PX, abs(near_coc)));
+    if (!is_far_edge(word) || near_coc > coc - MARGIN_PX) return 1.0;
+    return mix(1.0 - edge_cover(word), 1.0, smoothstep(SHARP_PX, BLURRED_PX, abs(near_coc)));
 }
 
 // The same at a position: smooth between pixels of the picture where the target has more pixels than the picture.
 float visible_share(vec2 position, float coc) {
     vec2 high = fract(position - 0.5);
-    ivec2 first = ivec2(floor(position - 0.5)), last = textureSize(kind_tx, 0) - 1;
+    ivec2 first = ivec2(floor(position - 0.5)), last = textureSize(edges_tx, 0) - 1;
     int pixels = high == vec2(0.0) ? 1 : 4;  // the position is the middle of a pixel: always, if none is enlarged
     float share = 0.0;
     for (int i = 0; i < pixels; ++i) {

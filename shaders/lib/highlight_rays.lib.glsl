@@ -7,24 +7,22 @@
 //
 // Inputs
 //   coc_tx            r coc of the visible surface of each pixel
-//   kind_tx           r kind, g coc of the nearest surface, b of the first listed fragment (lib/kind.lib.glsl)
-//   far_tx, near_tx   surfaces of edge pixels (unmix_far.comp.glsl): of far_tx a coverage of the near surface, of
-//                     near_tx a its coc
+//   kind_tx           g coc of the nearest surface, b of the first listed fragment (lib/kind.lib.glsl)
 //   ranges_tx         r least, g greatest coc of the surfaces of 2 x 2 pixels (highlight_ranges.comp.glsl)
+//   edges_tx          r the words of edge pixels (lib/edge_word.lib.glsl)
 
 #include "lib/aperture.lib.glsl"  // aperture_coverage, aperture_reach, most_of
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"  // List, list_at, fragment_of, Fragment
 #endif
 #include "lib/bit_search.lib.glsl"  // lowest_bit
+#include "lib/edge_word.lib.glsl"  // edge_covers, edge_cocs, FAR_BIT, LISTED_WORD
 #include "lib/highlights.lib.glsl"  // margin_of, SHARP_PX, BLURRED_PX
-#include "lib/kind.lib.glsl"  // FAR_EDGE, NEAR_EDGE, LISTED
 
 uniform sampler2D coc_tx;
 uniform sampler2D kind_tx;
-uniform sampler2D far_tx;
-uniform sampler2D near_tx;
 uniform sampler2D ranges_tx;
+uniform sampler2D edges_tx;
 uniform float nearest_px;  // least signed coc in the picture
 
 // A ray is tested in at most STEPS steps, of at least STEP_PX pixels each.
@@ -52,13 +50,13 @@ uniform float nearest_px;  // least signed coc in the picture
 #define MAGNIFIED_FULL 3.0  // from here on with all of it
 
 // Of the four pixels around a position: the coordinates to gather them at, their coc, the coc of the nearest surface that
-// covers a part of each, that of all these which is closest to the coc `level`, their kinds, and their bilinear weights,
+// covers a part of each, that of all these which is closest to the coc `level`, their words, and their bilinear weights,
 // in the order of textureGather. GPUs round the gather position; the corner shared by the four texels makes the gathered
 // texels match the weights.
 vec2 gather_position(vec2 at) { return (floor(at - 0.5) + 1.0) / vec2(textureSize(coc_tx, 0)); }
 vec4 cocs_around(vec2 at) { return textureGather(coc_tx, gather_position(at)); }
 vec4 nearest_around(vec2 at) { return textureGather(kind_tx, gather_position(at), 1); }
-vec4 kinds_around(vec2 at) { return textureGather(kind_tx, gather_position(at)); }
+uvec4 words_around(vec2 at) { return floatBitsToUint(textureGather(edges_tx, gather_position(at))); }
 vec4 closest(vec4 a, vec4 b, float level) {
     return mix(a, b, lessThan(abs(b - level), abs(a - level)));
 }
@@ -103,14 +101,12 @@ float level_at(Ray ray, int step) { return ray.start - (float(step) + 0.5) * ray
 // all of it.
 vec4 hits_around(Ray ray, vec2 at, float met) {
     float same = met + same_px(ray, met), magnified = abs(ray.coc) / (ray.coc - met);
-    vec2 position = gather_position(at);
-    vec4 cocs = cocs_around(at), nearest = nearest_around(at), kinds = kinds_around(at);
-    vec4 covers = textureGather(far_tx, position, 3), behind = textureGather(near_tx, position, 3);
-    vec4 is_far = step(abs(kinds - FAR_EDGE), vec4(0.5)), is_near = step(abs(kinds - NEAR_EDGE), vec4(0.5));
-    vec4 whole = step(cocs, vec4(same)), blurred = smoothstep(SHARP_PX, BLURRED_PX, abs(nearest));
-    vec4 of_far = max(whole, covers * blurred * step(nearest, vec4(same)));
-    vec4 of_near = whole * max(covers, step(behind, vec4(ray.start)));
-    vec4 soft = mix(mix(whole, of_far, is_far), of_near, is_near);
+    uvec4 words = words_around(at);
+    vec4 covers = edge_covers(words), others = edge_cocs(words);
+    vec4 whole = step(cocs_around(at), vec4(same)), blurred = smoothstep(SHARP_PX, BLURRED_PX, abs(others));
+    vec4 of_far = max(whole, covers * blurred * step(others, vec4(same)));
+    vec4 of_near = whole * max(covers, step(others, vec4(ray.start)));
+    vec4 soft = mix(of_near, of_far, notEqual(words & FAR_BIT, uvec4(0u)));
     return mix(whole, soft, smoothstep(MAGNIFIED, MAGNIFIED_FULL, magnified));
 }
 
@@ -120,7 +116,7 @@ bvec4 show_nearer(Ray ray, vec2 at, float met) { return lessThan(cocs_around(at)
 
 // True if only lists tell the shares that a surface at the coc `met` covers of the four surrounding pixels.
 bool is_told_by_lists(Ray ray, vec2 at, float met) {
-    return any(equal(kinds_around(at), vec4(LISTED))) || any(show_nearer(ray, at, met));
+    return any(equal(words_around(at), uvec4(LISTED_WORD))) || any(show_nearer(ray, at, met));
 }
 
 // A surface that a ray meets.

@@ -102,9 +102,8 @@ class RenderedLamps:
         of_tiles = new_texture(self._ctx, (coc_range.shape[1], coc_range.shape[0]), 2)
         upload(of_tiles, coc_range)
         size, inputs = self.out.size, (self.buffers, self._picture)
-        rays = RayMemory(
-            new_texture(self._ctx, size, 2), self._ctx.buffer(reserve=nodes_bytes(size))
-        )
+        ranges, edges = (new_texture(self._ctx, size, channels) for channels in (2, 1))
+        rays = RayMemory(ranges, edges, self._ctx.buffer(reserve=nodes_bytes(size)))
         list(self._passes.shading.steps(*inputs, of_tiles, self.optics, rays))
         list(self._passes.drawing.steps(*inputs, self.optics, rays, self.out))
 

@@ -245,7 +245,9 @@ class LayeredBlur:
         coc_range = self._scratch.texture("tile coc range", tile_count(picture.coc.size), 2)
         size = picture.coc.size
         ranges = self._scratch.texture("highlight ranges", size, 2)
-        rays = RayMemory(ranges, self._scratch.buffer("highlight nodes", nodes_bytes(size)))
+        edges = self._scratch.texture("highlight edges", size, 1)
+        nodes = self._scratch.buffer("highlight nodes", nodes_bytes(size))
+        rays = RayMemory(ranges, edges, nodes)
         passes, inputs = self._passes, (highlights, picture)
         shade_steps = passes.shade_highlights.steps(*inputs, coc_range, optics, rays)
         draw_steps = passes.draw_highlights.steps(*inputs, optics, rays, out, sharp)

@@ -259,7 +259,8 @@ PASSES: tuple[Pass, ...] = (
             *("highlight sprite", "kind", "far", "near", "tile content", "tile coc range"),
         ),
         # By OpenGL on Vulkan, Mesa 22 computes wrongly in memory that earlier draws have read.
-        private_memory=_own_memory("highlight nodes") | {"highlight ranges": "layer state"},
+        private_memory=_own_memory("highlight nodes")
+        | {"highlight ranges": "layer state", "highlight edges": "layer coc"},
     ),
     Pass(
         "limits",

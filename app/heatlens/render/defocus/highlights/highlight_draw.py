@@ -78,6 +78,7 @@ class HighlightDrawPass:
         program.bind(
             textures=ray_textures(picture, rays)
             | {
+                "near_tx": picture.near,
                 "cutout_tx": picture.color if sharp is None else sharp.light,
                 "cutout_coc_tx": picture.coc if sharp is None else sharp.coc,
             }

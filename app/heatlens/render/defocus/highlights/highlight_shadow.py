@@ -33,10 +33,12 @@ class RayMemory:
     """Scratch memory of the rays from the lens to highlights.
 
     ranges  RG of the picture's size: range of the coc around each pixel
+    edges   R of the same size: kind and edge of each pixel (lib/edge_word.lib.glsl)
     nodes   the nodes of discs, and then how much is hidden at each: `nodes_bytes`
     """
 
     ranges: Texture
+    edges: Texture
     nodes: Buffer
 
 
@@ -72,8 +74,9 @@ class HighlightShadowPass:
         size, lists, plan_buffers = picture.coc.size, picture.lists, {"plan_block": buffers.plan}
         yield from self._bands.run(
             *(self._find_ranges, size),
-            textures={"coc_tx": picture.coc, "kind_tx": picture.kind},
-            images={"out_ranges_img": out.ranges},
+            textures={"coc_tx": picture.coc, "kind_tx": picture.kind}
+            | {"far_tx": picture.far, "near_tx": picture.near},
+            images={"out_ranges_img": out.ranges, "out_edges_img": out.edges},
             buffers=plan_buffers,
         )
         uniforms = optics.disc.uniforms | {"nearest_px": optics.nearest_px}
@@ -101,7 +104,6 @@ def ray_textures(picture: UnmixedPicture, rays: RayMemory) -> dict[str, Texture]
     return {
         "coc_tx": picture.coc,
         "kind_tx": picture.kind,
-        "far_tx": picture.far,
-        "near_tx": picture.near,
         "ranges_tx": rays.ranges,
+        "edges_tx": rays.edges,
     }
