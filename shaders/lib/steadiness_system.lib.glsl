@@ -27,6 +27,7 @@ layout(r32f) uniform writeonly image2D out_steadiness_img;
 
 #define SAMPLE_PX 4            // distance of the pixels of a node that are read
 #define STEADY_VARIANCE 0.002  // variance of a line up to which it is steady
+#define EMPTY_VARIANCE 0.1     // added for a line without content: that nothing is there does not go on as a bar does
 #define STEADY_POWER 2.5       // the weight of a line falls with this power of its variance
 #define LIGHT_SHARE 0.7        // weight of a difference of light relative to one of coverage
 #define HIDDEN_FLOW 9.0        // conductance between hidden nodes, relative to visible ones
@@ -86,6 +87,7 @@ void add_pole(inout Output o, int pole, Value y) { o.y += real_part(y); }
 
 void store(ivec2 node, Input here, Output o) {
     vec3 mean = o.y.yzw / max(o.y.x, 1e-30);
-    float variance = max(mean.z - dot(mean.xy, mean.xy), 0.0);
+    float variance = max(mean.z - dot(mean.xy, mean.xy), 0.0), empty = 1.0 - mean.y;
+    variance += EMPTY_VARIANCE * empty * empty;
     imageStore(out_steadiness_img, node, vec4(-STEADY_POWER * log(variance + STEADY_VARIANCE)));
 }

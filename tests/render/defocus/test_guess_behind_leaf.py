@@ -77,6 +77,22 @@ def test_guess_behind_leaf_has_the_light_of_the_window(ctx, renderer, tilt_degre
     assert np.minimum(np.abs(found - true)[:, 1:-1], np.minimum(*beside)).max() < 0.15
 
 
+def test_board_goes_on_behind_leaf_that_ends_beyond_it(ctx, renderer):
+    """A leaf lies across a textured board, and ends in front of the bright street beside it.
+
+    A row that shows nothing but the end of the board counted as the steadiest line of all, and the
+    street shone through the leaf with 2.2 times the light of the board.
+    """
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    texture = np.kron(np.random.default_rng(3).random((HEIGHT // 4, WIDTH // 4)), np.ones((4, 4)))
+    is_board, is_leaf = x < 100, (x < 104) & (np.abs(y - HEIGHT / 2 + 0.5) < 4)
+    light = np.where(is_leaf, DARK, np.where(is_board, 0.05 + 0.3 * texture, BRIGHT))
+    depth_m = np.where(is_leaf, NEAR_M, np.where(is_board, FOCUS_M, STREET_M))
+    renderer.load(plate_of(light[..., None].repeat(3, -1).astype(np.float32), depth_m))
+    picture = renderer.pixels(Shot(lens_blurring(COC_PX, WIDTH), DefocusSettings()))[..., :3]
+    assert picture[44:52, 80:98].mean() < light[:40, 80:98].mean()
+
+
 def test_bars_that_pass_into_the_layer_behind_do_not_flash(ctx, renderer):
     """Pull focus to the bars: as these leave the farthest layer, nothing behind a leaf flashes.
 
