@@ -12,7 +12,7 @@
 //   two lists     the first has all far edge pixels, the second all near edge pixels
 //   with LISTS: fragment lists, which know the far surface also behind its nearer neighbors
 // In and out; near edge pixels are only read, far edge pixels only written
-//   far_img       near edge, before: rgb own color, a OWN_FOUND if there is one (unmix_own.comp.glsl)
+//   far_img       near edge, before: rgb own color, a OWN_FOUND or more if there is one (unmix_own.comp.glsl)
 //                 far edge, after: rgb of the far surface, a coverage of the near surface
 //   near_img      near edge, before: rgb rounding error of the own color, to be added to it
 //                 far edge, after: rgb of the near surface, a its coc

@@ -11,13 +11,13 @@
 //   two lists     the first has all far edge pixels, the second all near edge pixels
 //   with LISTS: fragment lists, which may know what lies behind
 // Outputs (near edge only; they hold until unmix_near.comp.glsl replaces them)
-//   out_far_img   rgb own color, a OWN_FOUND, or more in hair (lib/unmix.lib.glsl); a 0 if no color was found
+//   out_far_img   rgb own color, a OWN_FOUND or OWN_BY_OUTLINE (lib/unmix.lib.glsl), 0 if no color was found
 //   out_near_img  rgb own color less the own color as out_far_img stores it in half floats (the rounding error)
 //   pixel list    the edge pixels without a color, which may be those of hair (unmix_thin.comp.glsl)
 
 #include "lib/two_lists.lib.glsl"  // FOR_EACH_IN_SECOND, pixel_of_word, PIXELS_PER_GROUP
 #include "lib/pixel_list.lib.glsl"  // list_append
-#include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, SPLIT_FROM_PX, color_at, unmix_near ...
+#include "lib/unmix.lib.glsl"  // HALF_MAX, OWN_FOUND, OWN_BY_OUTLINE, color_at, unmix_near ...
 #include "lib/outline.lib.glsl"  // outline_share
 #ifdef LISTS
 #include "lib/known_behind.lib.glsl"  // find_behind, Fragment
@@ -44,8 +44,8 @@ vec3 darkest_around(ivec2 at, float coc) {
 }
 
 // Finds the own color of a pixel from the light behind it: a wire has no unmixed pixel to take it from. Returns 0 if that
-// light is not known, else OWN_FOUND, plus up to 1 where hair is in front of something much brighter. Hair may cover less
-// of the pixel than its outline tells, and the rest of the light would remain in its color.
+// light is not known, else OWN_BY_OUTLINE, plus up to 1 where hair is in front of something much brighter. Hair may cover
+// less of the pixel than its outline tells, and the rest of the light would remain in its color.
 float unmix_known_behind(ivec2 at, out vec3 color) {
     float coc = coc_at(at), coverage = outline_share(at, coc, false);
     Fragment behind;
@@ -55,9 +55,9 @@ float unmix_known_behind(ivec2 at, out vec3 color) {
     vec3 darkest = darkest_around(at, coc);
     float ratio = mean_of(behind.color) / max(mean_of(darkest), 1e-3);
     // Twice the ratios of hair before an unknown surface: wires before a bright wall, known, lost by less (FLIP .0509, .0515).
-    float thin = smoothstep(2.0 * BRIGHTER_FROM, 2.0 * BRIGHTER_FULL, ratio) * float(abs(coc) > SPLIT_FROM_PX);
+    float thin = smoothstep(2.0 * BRIGHTER_FROM, 2.0 * BRIGHTER_FULL, ratio);
     color = mix(color, darkest, thin);
-    return OWN_FOUND + thin;
+    return OWN_BY_OUTLINE + thin;
 }
 #endif
 
@@ -70,7 +70,7 @@ void find_own(uint word) {
 #ifdef LISTS
     if (found == 0.0) found = unmix_known_behind(at, own);
 #endif
-    if (found == 0.0 && abs(coc_at(at)) > SPLIT_FROM_PX) list_append(at);
+    if (found == 0.0) list_append(at);
     own = min(own, HALF_MAX);
     // in_half: the color as a half float image stores it.
     vec3 in_half = vec3(unpackHalf2x16(packHalf2x16(own.rg)), unpackHalf2x16(packHalf2x16(own.bb)).x);

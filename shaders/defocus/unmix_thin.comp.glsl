@@ -1,6 +1,6 @@
-// Splits the edges of hair in front of something bright. There, no pixel certainly shows one surface alone, and
-// lib/thin.lib.glsl finds both colors and the coverage. The result replaces that of the other passes in proportion to
-// its confidence.
+// Splits the edges of hair and other things so thin that no pixel certainly shows one surface alone. In front of
+// something much brighter, lib/thin.lib.glsl finds both colors and the coverage; they count in proportion to their
+// confidence. Otherwise a far edge stays as it is, and a near edge covers what its outline does.
 //
 // Words (lib/kind.lib.glsl): at a silhouette, a far edge pixel is one whose depth sample hit the far surface while the
 // color of the nearer surface is mixed in; a near edge pixel is one whose sample hit the near surface while the color
@@ -18,7 +18,8 @@
 
 #include "lib/focus_offset.lib.glsl"  // for lib/fragment_list.lib.glsl
 #include "lib/pixel_list.lib.glsl"  // FOR_EACH_LISTED, PIXELS_PER_GROUP
-#include "lib/unmix.lib.glsl"  // HALF_MAX, color_at, kind_at, unmix_share, FAR_EDGE, set_center, neighbor, coc_at
+#include "lib/unmix.lib.glsl"  // HALF_MAX, color_at, kind_at, unmix_share, FAR_EDGE, set_center, neighbor ...
+#include "lib/outline.lib.glsl"  // outline_share
 #ifdef LISTS
 #include "lib/known_behind.lib.glsl"  // for lib/thin.lib.glsl
 #endif
@@ -32,6 +33,16 @@ layout(rgba16f) uniform image2D far_img;
 layout(rgba16f) uniform image2D near_img;
 
 #define LEAST_SEEN 0.7           // visible share of a far surface behind hair from which it keeps its detail
+
+// Mean light of the farther surfaces beside a near edge pixel.
+vec3 light_beside(ivec2 at, float coc) {
+    vec4 sum = vec4(0.0);
+    for (int k = 0; k < 9; ++k) {
+        ivec2 p = neighbor(at, k);
+        if (is_in_front(coc, coc_at(p))) sum += vec4(color_at(p), 1.0);
+    }
+    return sum.rgb / sum.a;
+}
 
 // Splits a listed edge pixel, far or near.
 void split_thin(ivec2 at) {
@@ -50,11 +61,11 @@ void split_thin(ivec2 at) {
         near.rgb = mix(near.rgb, min(mixed.near, HALF_MAX), mixed.sure);
     } else {
         // Unlike a far edge, the pixel stores no color of the surface behind, which its own layer guesses; near_img has
-        // only the coc of that surface. A surface in focus keeps its mixed color: unmix_share is 0 there, so that the
-        // coverage is 1.
-        float transmitted = 1.0 - max(mixed.coverage, LEAST_THIN_COVERAGE);
-        float coverage = 1.0 - mixed.sure * unmix_share(coc) * transmitted;
-        vec3 own = max((x - (1.0 - coverage) * mixed.far) / coverage, 0.0);
+        // only the coc of that surface. Where colors do not tell how much hair covers, its outline does.
+        float coverage = mix(outline_share(at, coc, false), max(mixed.coverage, LEAST_THIN_COVERAGE), mixed.sure);
+        coverage = 1.0 - unmix_share(max(abs(coc), abs(behind))) * (1.0 - coverage);
+        vec3 through = mix(light_beside(at, coc), mixed.far, mixed.sure);
+        vec3 own = max((x - (1.0 - coverage) * through) / coverage, 0.0);
         far = vec4(min(own, HALF_MAX), coverage);
         near = vec4(vec3(0.0), coverage < 1.0 ? behind : coc);
     }

@@ -13,15 +13,18 @@
 #include "lib/silhouette.lib.glsl"  // neighbor, coc_at, is_in_front, is_same_surface, UNMIXED ...
 
 #define HALF_MAX 65504.0  // colors of surfaces are stored in half floats
-#define OWN_FOUND 2.0     // alpha of a near edge pixel whose own color was found; unmix_near.comp.glsl
-                          // replaces it by the coverage. Up to 1 more in hair whose coverage is not that of its outline
+// Alpha of a near edge pixel whose own color was found, until unmix_near.comp.glsl replaces it by the coverage.
+#define OWN_FOUND 2.0       // beside the pixel
+#define OWN_BY_OUTLINE 3.0  // from its outline and the known light behind it; up to 1 more in hair, which may cover less
 // Hair is narrower than two pixels, so that no pixel certainly shows it alone. It has these colors where what is behind it
 // is much brighter.
 #define BRIGHTER_FROM 4.0     // ratio of far to near light from which the pixel is unmixed as hair
 #define BRIGHTER_FULL 8.0     // ratio from which the confidence in it is 1
 #define LEAST_THIN_COVERAGE 0.1  // least coverage of hair in a pixel whose depth was sampled on it
 
-// Range of |coc| over which near edges are unmixed gradually. In focus they keep their mixed color, which is right.
+// Range of |coc| over which near edges are unmixed gradually: of their own coc, or of the larger one of both surfaces for
+// things so thin that no pixel certainly shows them alone. In focus the others keep their mixed color and cover in full:
+// their texture would be taken for coverage (fence C, known: FLIP .0509, .0537).
 #define SPLIT_FROM_PX 2.0
 #define SPLIT_FULL_PX 6.0
 
@@ -45,7 +48,7 @@ bool unmix_near(ivec2 at, out vec3 color) {
     return sum.a > 0.0;
 }
 
-// Weight of the unmixed color of a near surface with this coc, 0..1.
+// Weight, 0..1, of the unmixed color of a near surface, by its own coc or by the larger one of both surfaces.
 float unmix_share(float coc) { return smoothstep(SPLIT_FROM_PX, SPLIT_FULL_PX, abs(coc)); }
 
 // True if a nearer surface begins at neighbor `k`, and ends again one or two pixels further on.

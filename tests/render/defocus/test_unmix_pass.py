@@ -150,10 +150,24 @@ def test_wire_before_known_wall_keeps_its_color_and_coverage(
     color[:, 8], coc[:, 8] = 0.75 * wire + 0.25 * wall[:, 8], -20.0
     lists = lists_of_known_surface(ctx, coc < 0, wall, 20.0)
     parts, guessed_parts = split_fragments(ctx, color, coc, lists), split_fragments(ctx, color, coc)
-    assert np.all(parts["kind"][:, 8] == NEAR_EDGE) and np.all(guessed_parts["far"][:, 8, 3] == 1.0)
+    assert np.all(parts["kind"][:, 8] == NEAR_EDGE)
+    np.testing.assert_allclose(guessed_parts["far"][:, 8, 3], 0.75, atol=0.002)
     np.testing.assert_allclose(parts["far"][:, 8] - (*wire, 0.75), 0.0, atol=0.002)
     np.testing.assert_allclose(parts["near"][:, 8, 3], 20.0, atol=0.01)
     np.testing.assert_allclose(parts["near"][1:-1, 9, :3] - wire, 0.0, atol=0.002)
+
+
+def test_textured_card_in_focus_covers_in_full_before_a_known_wall(
+    ctx: Device, rng: np.random.Generator
+) -> None:
+    """Its texture is not taken for the wall's light, though the wall is known and blurred."""
+    color, coc = rng.random((12, 16, 3), np.float32), np.full((12, 16), 20.0, np.float32)
+    wall, coc[:, :8] = rng.random((12, 16, 3), np.float32), 0.0
+    color[:, 8:] = wall[:, 8:]
+    lists = lists_of_known_surface(ctx, coc < 10.0, wall, 20.0)
+    parts = split_fragments(ctx, color, coc, lists)
+    assert np.all(parts["kind"][:, 7] == NEAR_EDGE) and np.all(parts["far"][:, 7, 3] == 1.0)
+    np.testing.assert_allclose(parts["far"][:, 7, :3], color[:, 7], atol=0.001)
 
 
 def test_fragments_of_rim_in_focus_composite_to_its_pixel(ctx: Device) -> None:
@@ -241,13 +255,16 @@ def test_dark_bar_behind_hair_stays_dark(ctx: Device) -> None:
     np.testing.assert_allclose(parts["far"][4:6, 7, :3] - WINDOW, 0.0, atol=0.03)
 
 
-def test_hair_nearly_as_dark_as_far_side_keeps_its_pixels(ctx: Device) -> None:
+def test_hair_nearly_as_dark_as_far_side_covers_its_outline(ctx: Device) -> None:
+    """Colors do not tell how much it covers; with what is beside it, it mixes to its pixel."""
     color, coc, _ = hair_plate(
         np.broadcast_to(np.array((0.05, 0.06, 0.04), np.float32), (18, 18, 3))
     )
-    parts = split_fragments(ctx, color, coc)
-    np.testing.assert_allclose(parts["far"][3:15, 8, :3], color[3:15, 8], atol=0.001)
-    assert np.all(parts["far"][3:15, 8, 3] == 1.0)
+    hair = split_fragments(ctx, color, coc)["far"][3:15, 8]
+    np.testing.assert_allclose(hair[:, 3], 0.75, atol=0.001)
+    beside = color[3:15, 7:10:2].mean(1)
+    mixed = hair[:, :3] * hair[:, 3:] + beside * (1 - hair[:, 3:])
+    np.testing.assert_allclose(mixed, color[3:15, 8], atol=0.001)
 
 
 def test_only_rims_of_thin_surfaces_are_listed_as_thin(ctx: Device) -> None:
