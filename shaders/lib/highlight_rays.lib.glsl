@@ -26,7 +26,7 @@ uniform sampler2D edges_tx;
 uniform float nearest_px;  // least signed coc in the picture
 
 // A ray is tested in at most STEPS steps, of at least STEP_PX pixels each.
-#define STEPS 32
+#define STEPS 16
 #define STEP_PX 0.5
 // A highlight is tested by a ray for each square of PX_A_RAY that the nearest surface moves by, and by RAYS_MOST at most.
 // In a disc of few pixels, where all points of the lens reach each pixel, fewer are enough.
