@@ -188,6 +188,28 @@ float hidden_by_lists(Ray ray, uint listed_steps, uint mixed_steps, float hidden
 }
 #endif
 
+// Share of the highlight that is hidden by visible surfaces at the steps `visible_steps` (bits), where the ray crosses
+// their depths. With LISTS, steps of which only lists tell enough are added to `mixed_steps` instead.
+float hidden_by_visible(Ray ray, uint visible_steps, inout uint mixed_steps) {
+    float hidden = 0.0;
+    do {
+        float level = level_at(ray, lowest_bit(visible_steps)), met = coc_around(crossing(ray, level), level);
+        vec2 crossed = crossing(ray, met);
+        float hit = dot(hits_around(ray, crossed, met), weights_around(crossed));
+        uint step_bit = visible_steps & (~visible_steps + 1u);  // the lowest bit; 0 in the one round without any
+        bool is_met = step_bit != 0u && met < ray.start && abs(met - level) <= ray.step_px;
+#ifdef LISTS
+        if (is_met && is_told_by_lists(ray, crossed, met)) {
+            mixed_steps |= step_bit;
+            hit = 0.0;
+        }
+#endif
+        if (is_met) hidden = max(hidden, hit);
+        visible_steps ^= step_bit;
+    } while (visible_steps != 0u && hidden < 1.0);
+    return hidden;
+}
+
 // Share of the highlight hidden from the point of the lens that the pixel `at` stands for, 0..1: smooth across an
 // occluder's edge. The highlight is at `center` and has this coc; `may_meet_px` is the least coc of all that rays to it
 // may meet. Steps that meet a surface are collected as bits and examined in a second loop, because a software rasterizer
@@ -197,12 +219,10 @@ float hidden_share(vec2 at, vec2 center, float coc, float may_meet_px) {
     vec2 per_px = (at - center) / coc;
     int steps = clamp(int(ceil(length(per_px) * (start - nearest_px) / STEP_PX)), 1, STEPS);
     Ray ray = Ray(center, per_px, coc, start, (start - nearest_px) / float(steps));
-    float hidden = 0.0;
     // Bit k is set if step k may meet a visible surface or listed ones, or meets pixels of which only lists tell enough.
     uint visible_steps = 0u, listed_steps = 0u, mixed_steps = 0u;
     bool is_inside = ray.step_px > 0.0;
     int k = 0;
-    // First loop: find the steps that may meet something.
     do {
         float level = level_at(ray, k);
         vec2 crossed = crossing(ray, level);
@@ -215,22 +235,7 @@ float hidden_share(vec2 at, vec2 center, float coc, float may_meet_px) {
         if (is_inside && first < min(start, level + ray.step_px)) listed_steps |= 1u << k;
 #endif
     } while (is_inside && ++k < steps);
-    // Second loop: examine the steps with a visible surface, at the position where the ray crosses its depth.
-    do {
-        float level = level_at(ray, lowest_bit(visible_steps)), met = coc_around(crossing(ray, level), level);
-        vec2 crossed = crossing(ray, met);
-        float hit = dot(hits_around(ray, crossed, met), weights_around(crossed));
-        uint step_bit = visible_steps & (~visible_steps + 1u);  // the lowest bit; 0 in the one round without any
-        bool is_met = step_bit != 0u && met < start && abs(met - level) <= ray.step_px;
-#ifdef LISTS
-        if (is_met && is_told_by_lists(ray, crossed, met)) {
-            mixed_steps |= step_bit;
-            hit = 0.0;
-        }
-#endif
-        if (is_met) hidden = max(hidden, hit);
-        visible_steps ^= step_bit;
-    } while (visible_steps != 0u && hidden < 1.0);
+    float hidden = hidden_by_visible(ray, visible_steps, mixed_steps);
 #ifdef LISTS
     hidden = hidden_by_lists(ray, listed_steps, mixed_steps, hidden);
 #endif
