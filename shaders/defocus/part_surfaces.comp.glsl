@@ -20,7 +20,7 @@
 //              surfaces out there
 
 #include "lib/surface_numbers.lib.glsl"  // front_index, mixed_index, first_coc_at, Fragment, List, list_at, fragment_of ...
-#include "lib/surface_depth.lib.glsl"  // dioptres_of, SAME_SURFACE, COVERING
+#include "lib/surface_depth.lib.glsl"  // dioptres_of, SAME_SURFACE, COVERING, ALL_PX
 #include "lib/part_link.lib.glsl"  // write_surface, hide_surface
 #include "lib/tile_numbers.lib.glsl"  // listed_pixel
 #include "lib/kind.lib.glsl"  // FAR_EDGE, NEAR_EDGE
@@ -37,7 +37,6 @@ uniform float front_px;  // a surface with a smaller coc is in front of the focu
 #endif
 
 #define BEFORE_ALL 1e30  // dioptres nearer than every surface
-#define ALL_PX 1e30      // larger than every coc
 
 // Writes the surfaces that the pixel itself shows, and returns the coc of the visible one.
 float write_pixel(ivec2 at) {

@@ -19,7 +19,7 @@
 //   front_buf            ALL_DEPTHS: half floats of what is in front of the focus: rgb times coverage, a coverage
 //   out_front_state_img  ALL_DEPTHS: r diameter of the part's disc there, g coverage
 
-#include "lib/surface_depth.lib.glsl"  // dioptres_of, SAME_SURFACE, COVERING
+#include "lib/surface_depth.lib.glsl"  // dioptres_of, SAME_SURFACE, COVERING, ALL_PX
 #include "lib/halves.lib.glsl"  // halves_of
 #include "lib/lens_part.lib.glsl"  // lens_part_at
 #include "lib/part_link.lib.glsl"  // next_link, link_offset, link_coc, link_light
@@ -43,7 +43,6 @@ uniform float front_px;  // a surface with a smaller coc is in front of the focu
 #define WHOLE 0.999          // share from which a surface covers the pixel wholly
 #define GAIN 1.1             // shares of a stretched surface sum to a little less than 1, and are raised by this
 #define EDGE_MOST 0.6        // shares up to this are those at an edge of a surface, and stay
-#define ALL_PX 1e30          // larger than every coc
 #define LEAST_SHARE 1e-4     // smaller shares of a pixel are ignored
 #define LEAST_KNOWN 0.02     // least known share of a pixel with a view
 #define BLURRED_FROM_PX 0.75  // smaller discs are not seen
